@@ -1,0 +1,27 @@
+"""The one array type of the domain, and how arrays enter its frozen value objects.
+
+Geometry at sea spans kilometres and wants millimetres, and geocentric coordinates are millions of
+metres: everything is float64. Value objects keep private, read-only copies, so that nobody can
+change a camera behind the back of those who share it.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+
+
+def frozen_array(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    """Copy `values` into a read-only float64 array of `shape`.
+
+    Raises ValueError naming `name` when the shape differs or a number is not finite.
+    """
+    array = np.array(values, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must hold finite numbers only")
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,110 @@
+"""The pinhole camera with lens distortion: between metres of the world and pixels of the image.
+
+Paper, equation camera_projection: `x = K Pi cTw X`. The camera frame is OpenCV's (x right, y down,
+z forward), and `X_cam = R_cam_from_world (X_world - center_in_world)`. Keeping the centre rather
+than the translation keeps geocentric coordinates accurate: six million metres cancel before the
+rotation, not after it. Pixel (0, 0) is the centre of the first pixel, so the image reaches from
+-0.5 to width - 0.5.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from app.domain.arrays import FloatArray, frozen_array
+from app.domain.distortion import distort, undistort
+
+
+@dataclass(frozen=True, eq=False)
+class Intrinsics:
+    """What belongs to the camera body and lens: image size, K (3, 3) and distortion (5,).
+
+    `distortion` is k1, k2, p1, p2, k3 (OpenCV's order), none by default. Raises ValueError naming
+    the field for an empty image, a focal length that is not positive, skew, or non-finite numbers.
+    """
+
+    width_px: int
+    height_px: int
+    K: FloatArray
+    distortion: FloatArray = field(default_factory=lambda: np.zeros(5))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "K", frozen_array("K", self.K, (3, 3)))
+        object.__setattr__(self, "distortion", frozen_array("distortion", self.distortion, (5,)))
+        if self.width_px < 1 or self.height_px < 1:
+            raise ValueError("width_px and height_px must be at least 1")
+        if self.K[0, 0] <= 0 or self.K[1, 1] <= 0:
+            raise ValueError("K must have positive focal lengths in K[0][0] and K[1][1]")
+        if self.K[0, 1] != 0 or self.K[1, 0] != 0 or (self.K[2] != (0, 0, 1)).any():
+            raise ValueError("K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]: no skew")
+
+    @property
+    def focal_px(self) -> FloatArray:
+        """Focal lengths (fx, fy), pixels."""
+        return np.array([self.K[0, 0], self.K[1, 1]])
+
+    @property
+    def principal_point_px(self) -> FloatArray:
+        """Principal point (cx, cy), pixels."""
+        return np.array([self.K[0, 2], self.K[1, 2]])
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A camera with its place in a world frame (ECEF or ENU, metres).
+
+    Raises ValueError when `R_cam_from_world` (3, 3) is no rotation.
+    """
+
+    intrinsics: Intrinsics
+    R_cam_from_world: FloatArray
+    center_in_world: FloatArray
+
+    def __post_init__(self) -> None:
+        R = frozen_array("R_cam_from_world", self.R_cam_from_world, (3, 3))
+        # Published matrices are printed with few digits; 1e-6 is 0.01 px at usual focal lengths.
+        if np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0:
+            raise ValueError(
+                "R_cam_from_world must be a rotation: orthonormal rows and determinant +1"
+            )
+        object.__setattr__(self, "R_cam_from_world", R)
+        center = frozen_array("center_in_world", self.center_in_world, (3,))
+        object.__setattr__(self, "center_in_world", center)
+
+    @property
+    def t_cam_from_world(self) -> FloatArray:
+        """Translation t of `X_cam = R X_world + t`, metres, shape (3,)."""
+        return -self.R_cam_from_world @ self.center_in_world
+
+    def to_cam(self, points_in_world: npt.ArrayLike) -> FloatArray:
+        """World points (n, 3) in the camera frame, (n, 3) metres."""
+        points = np.asarray(points_in_world, dtype=np.float64).reshape(-1, 3)
+        return (points - self.center_in_world) @ self.R_cam_from_world.T
+
+    def project(self, points_in_world: npt.ArrayLike) -> FloatArray:
+        """Pixels (n, 2) of world points (n, 3).
+
+        A row is NaN when its point lies in or behind the camera's plane, or so far aside that the
+        distortion is no longer one-to-one. Pixels outside the image are given as they are.
+        """
+        in_cam = self.to_cam(points_in_world)
+        pixels: FloatArray = np.full((len(in_cam), 2), np.nan)
+        ahead = in_cam[:, 2] > 0
+        normalised = in_cam[ahead, :2] / in_cam[ahead, 2:]
+        shown = distort(self.intrinsics.distortion, normalised)
+        pixels[ahead] = shown * self.intrinsics.focal_px + self.intrinsics.principal_point_px
+        return pixels
+
+    def rays(self, pixels_px: npt.ArrayLike) -> FloatArray:
+        """Give the lines of sight of pixels (n, 2) as unit directions (n, 3) in the world frame.
+
+        The paper's `pld` (projection line direction), undistorted. A row is NaN when no point in
+        front of the camera is shown at that pixel.
+        """
+        pixels = np.asarray(pixels_px, dtype=np.float64).reshape(-1, 2)
+        shown = (pixels - self.intrinsics.principal_point_px) / self.intrinsics.focal_px
+        ideal = undistort(self.intrinsics.distortion, shown)
+        in_cam = np.column_stack([ideal, np.ones(len(ideal))])
+        in_cam /= np.linalg.norm(in_cam, axis=1, keepdims=True)
+        return in_cam @ self.R_cam_from_world
