@@ -1,0 +1,169 @@
+"""What AIS messages mean: reports with units, and honest gaps where the sender knew nothing.
+
+A transponder has no way to leave a field out, so the standard reserves values that say "not
+available": latitude 91, heading 511, speed 102.3. Taken literally they put ships at impossible
+places. This module is the one place where such values become None, where an MMSI is told apart
+from a buoy's or an aircraft's, and where the second in a message becomes the moment of its fix.
+Everything after it (tracks, fusion, storage) works on `PositionReport` and `StaticReport` only.
+
+Source: ITU-R M.1371-5, Annex 8. Raw arguments are the integers of the payload before scaling.
+"""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from enum import StrEnum
+from typing import Literal
+
+AisClass = Literal["A", "B"]
+
+_UNITS_PER_DEG = 600_000  # 1/10,000 minute
+_MINUTE = 60_000_000  # in microseconds, like the two lags below
+_EARLIEST_LAG = -2_000_000  # a receiver's clock may trail the satellites' by this much
+_PROMPT_LAG = 5_000_000  # a report older than this was repeated or delayed on its way
+
+
+class FixTimeSource(StrEnum):
+    """How the moment of a position was known; the order is that of falling trust."""
+
+    PROMPT = "prompt"  # the message's UTC second, -2 to +5 s before its reception
+    LATE = "late"  # the message's UTC second, but repeated or delayed on its way to us
+    RECEIVED = "received"  # the message has no UTC second: time of reception, sigma 2 s or more
+    STATED = "stated"  # a table's time column: whatever its maker meant by it
+
+
+@dataclass(frozen=True, slots=True)
+class PositionReport:
+    """One position of one vessel: WGS84 degrees, knots, degrees from true north, deg/min.
+
+    `fix_time` is when the antenna was there, `received_at` when a receiver heard of it; both are
+    aware UTC. None stands for "not available". `message_type` is 1, 2, 3, 18 or 19, or 0 for a
+    row of a table, whose transponder class (`ais_class`) nobody recorded. `high_accuracy` is the
+    message's position accuracy flag. `report_id` is the key under which the report is stored.
+    """
+
+    mmsi: int
+    fix_time: datetime
+    received_at: datetime
+    lat_deg: float
+    lon_deg: float
+    sog_kn: float | None
+    cog_deg: float | None
+    heading_deg: float | None
+    rot_deg_min: float | None
+    message_type: int
+    ais_class: AisClass | None
+    high_accuracy: bool | None
+    fix_time_source: FixTimeSource = FixTimeSource.PROMPT
+    report_id: int | None = None
+
+    @property
+    def position_sigma_m(self) -> float:
+        """Standard deviation of the position: 5 m with the accuracy flag, else 10 m."""
+        return 5.0 if self.high_accuracy else 10.0
+
+    @property
+    def fix_sigma_s(self) -> float:
+        """Standard deviation of the fix time: a second's rounding, or 2 s without a second."""
+        return 2.0 if self.fix_time_source is FixTimeSource.RECEIVED else 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class StaticReport:
+    """What a vessel says of itself: names, kind, and where its antenna stands on its hull.
+
+    The four distances are A, B, C, D of message 5, in metres; all four are None when the sender
+    left them at zero. 511 m and 63 m mean "at least". `mothership_mmsi` is what an auxiliary
+    craft (MMSI 98...) sends in place of its size.
+    """
+
+    mmsi: int
+    received_at: datetime
+    name: str | None
+    callsign: str | None
+    imo: int | None
+    ship_type: int | None
+    to_bow_m: float | None
+    to_stern_m: float | None
+    to_port_m: float | None
+    to_starboard_m: float | None
+    mothership_mmsi: int | None = None
+
+
+def is_vessel_mmsi(mmsi: int) -> bool:
+    """Whether reports under this MMSI are a vessel's: ships, and auxiliary craft (98).
+
+    Not vessels (ITU-R M.585): 00 coast stations, 0 groups, 111 aircraft, 99 aids to navigation,
+    970, 972, 974 distress devices, 8 handheld radios, and whatever has not nine digits.
+    """
+    return 200_000_000 <= mmsi <= 799_999_999 or 980_000_000 <= mmsi <= 989_999_999
+
+
+def latitude_deg(raw: int) -> float | None:
+    """Latitude, deg, from 1/10,000 minutes; None for 91 degrees ("not available") and beyond."""
+    return raw / _UNITS_PER_DEG if -54_000_000 <= raw <= 54_000_000 else None
+
+
+def longitude_deg(raw: int) -> float | None:
+    """Longitude, deg, from 1/10,000 minutes; None for 181 degrees and beyond."""
+    return raw / _UNITS_PER_DEG if -108_000_000 <= raw <= 108_000_000 else None
+
+
+def speed_kn(raw: int) -> float | None:
+    """Speed over ground, kn, from tenths; None for 102.3. 102.2 means "that or more"."""
+    return raw / 10 if 0 <= raw < 1023 else None
+
+
+def course_deg(raw: int) -> float | None:
+    """Course over ground, deg, from tenths; None from 360 degrees on."""
+    return raw / 10 if 0 <= raw < 3600 else None
+
+
+def heading_deg(raw: int) -> float | None:
+    """Heading, deg from true north; None from 360 degrees on (511 is "not available")."""
+    return float(raw) if 0 <= raw < 360 else None
+
+
+def rate_of_turn_deg_min(raw: int) -> float | None:
+    """Rate of turn, deg/min, positive to starboard: sign (raw / 4.733)^2.
+
+    None for -128 ("not available") and for +-127, which tell the side but no rate.
+    """
+    if not -127 < raw < 127:
+        return None
+    rate = (raw / 4.733) ** 2
+    return -rate if raw < 0 else rate
+
+
+def clean_text(raw: str) -> str | None:
+    """Text without the padding (`@`, blanks) around it; None if nothing is left."""
+    return raw.strip("@ \t") or None
+
+
+def positive_or_none(raw: int) -> int | None:
+    """Return an identifier (IMO number, ship type) whose zero means "not available"."""
+    return raw if raw > 0 else None
+
+
+def antenna_distances_m(
+    to_bow: float, to_stern: float, to_port: float, to_starboard: float
+) -> tuple[float, float, float, float] | tuple[None, None, None, None]:
+    """Return the distances A, B, C, D, m; four None if the sender left them all at zero."""
+    if to_bow == to_stern == to_port == to_starboard == 0:
+        return (None, None, None, None)
+    return (float(to_bow), float(to_stern), float(to_port), float(to_starboard))
+
+
+def fix_time(received_at: datetime, utc_second: int) -> tuple[datetime, FixTimeSource]:
+    """Return the moment of a fix from the second in its message (0 to 59; above: none).
+
+    The second is taken as the nearest one that lies -2 to +5 s before the reception, or else as
+    the last one before it. A repeated report can be late by more than a minute, which nobody can
+    tell from the message; `FixTimeSource.LATE` marks it.
+    """
+    if utc_second > 59:
+        return received_at, FixTimeSource.RECEIVED
+    lag = ((received_at.second - utc_second) * 1_000_000 + received_at.microsecond) % _MINUTE
+    if lag > _MINUTE + _EARLIEST_LAG:
+        lag -= _MINUTE
+    source = FixTimeSource.PROMPT if lag <= _PROMPT_LAG else FixTimeSource.LATE
+    return received_at - timedelta(microseconds=lag), source
