@@ -1,0 +1,99 @@
+"""Settings: every knob of an installation, read once from QUAYMARK_* variables.
+
+The defaults make a working single-machine installation in the folder `var`: SQLite, local files,
+a secret generated on first use. In production the secret must be given, because a secret that
+anybody can read in a public repository protects nothing.
+"""
+
+import secrets
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import Field, SecretStr, model_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+PLACEHOLDER_SECRETS = frozenset(
+    {"", "changeme", "change-me", "secret", "password", "placeholder", "quaymark", "development"},
+)
+SHORTEST_SECRET = 32
+
+
+class Settings(BaseSettings):
+    """What an installation can choose. Units stand in the names."""
+
+    model_config = SettingsConfigDict(env_prefix="QUAYMARK_", extra="ignore")
+
+    environment: Literal["development", "production"] = "development"
+    data_dir: Path = Path("var")
+    database_url: str = ""
+    storage_url: str = ""
+    secret_key: SecretStr = SecretStr("")
+
+    host: str = "127.0.0.1"
+    port: int = Field(8000, ge=0, le=65535)
+    allowed_hosts: list[str] = ["*"]
+    public_url: str = ""
+    session_hours: int = Field(24 * 7, ge=1)
+    sign_in_attempts: int = Field(10, ge=1)
+    sign_in_window_s: int = Field(300, ge=1)
+    metrics_token: SecretStr = SecretStr("")
+    metrics_allowed_addresses: list[str] = ["127.0.0.1", "::1"]
+
+    max_upload_bytes: int = Field(64 * 2**20, ge=1)
+    max_model_bytes: int = Field(1024 * 2**20, ge=1)
+    max_ais_file_bytes: int = Field(1024 * 2**20, ge=1)
+    max_image_pixels: int = Field(100_000_000, ge=1)
+
+    worker_concurrency: int = Field(1, ge=1)
+    detector_threads: int = Field(0, ge=0, description="0: as many as cores")
+    detector_providers: list[str] = ["CPUExecutionProvider"]
+    images_per_step: int = Field(10, ge=1, le=100)
+    heartbeat_s: float = Field(1.0, gt=0)
+    takeover_after_s: float = Field(4.0, gt=0)
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if not self.database_url:
+            self.database_url = f"sqlite:///{self.data_dir.resolve() / 'quaymark.db'}"
+        if self.database_url.startswith(("postgres://", "postgresql://")):
+            _, _, rest = self.database_url.partition("://")
+            self.database_url = f"postgresql+psycopg://{rest}"
+        if not self.storage_url:
+            self.storage_url = str(self.data_dir.resolve() / "files")
+        if self.environment == "production":
+            self._refuse_a_placeholder_secret()
+        return self
+
+    def _refuse_a_placeholder_secret(self) -> None:
+        secret = self.secret_key.get_secret_value()
+        if secret.lower() in PLACEHOLDER_SECRETS or len(secret) < SHORTEST_SECRET:
+            message = (
+                f"QUAYMARK_SECRET_KEY must be at least {SHORTEST_SECRET} random characters in "
+                "production; make one with: python3 -c 'import secrets; "
+                "print(secrets.token_urlsafe(48))'"
+            )
+            raise ValueError(message)
+
+    def secret(self) -> bytes:
+        """Return the installation's secret; made and kept in the data folder when none is set."""
+        given = self.secret_key.get_secret_value()
+        if given:
+            return given.encode()
+        path = self.data_dir / "secret"
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch(mode=0o600)
+            path.write_text(secrets.token_urlsafe(48))
+        return path.read_text().encode()
+
+    @property
+    def is_sqlite(self) -> bool:
+        """Whether the embedded database is in use."""
+        return self.database_url.startswith("sqlite")
+
+
+@lru_cache(maxsize=1)
+def get_settings() -> Settings:
+    """Return the process's settings, read once."""
+    return Settings()

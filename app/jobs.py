@@ -1,0 +1,188 @@
+"""Jobs: the only module that knows the engine (DBOS Transact).
+
+A job is a durable workflow: a name, JSON arguments, and steps whose results are kept, so that a
+worker that takes over from a dead one goes on after the last finished step. The web only enqueues,
+inside the transaction that stores what the job is about, and cancels; workers do.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import sqlalchemy as sa
+from dbos import DBOS, DBOSClient, DBOSConfig, SQLAlchemyDatasource
+from dbos._serialization import DBOSPortableJSONSerializer
+from sqlalchemy.orm import Session
+
+from app.db import BUSY_TIMEOUT_MS
+
+if TYPE_CHECKING:
+    from dbos import EnqueueOptions
+    from dbos._datasource import DatasourceOptions
+
+Result = TypeVar("Result")
+APPLICATION = "quaymark"
+# A fixed version: jobs begun before an upgrade go on after it.
+APPLICATION_VERSION = "1"
+os.environ.setdefault("DBOS__APPVERSION", APPLICATION_VERSION)
+
+
+class JobQueue(StrEnum):
+    """Long work must not keep short work waiting."""
+
+    RUNS = "runs"
+    SHORT = "short"
+
+
+def make_job_engine(database_url: str) -> sa.Engine:
+    """Make an engine as the job engine needs it.
+
+    On SQLite it takes the writer's lock at the first writing statement, not at the first
+    statement: the engine reads on a second connection while a step's transaction is open.
+    """
+    if not database_url.startswith("sqlite"):
+        return sa.create_engine(database_url, pool_size=10, max_overflow=10, pool_pre_ping=True)
+    engine = sa.create_engine(database_url, connect_args={"timeout": BUSY_TIMEOUT_MS / 1000})
+
+    @sa.event.listens_for(engine, "connect")
+    def _configure(connection: Any, _record: object) -> None:  # noqa: ANN401  a driver's object
+        connection.isolation_level = "IMMEDIATE"
+        for pragma in (
+            "journal_mode=WAL",
+            f"busy_timeout={BUSY_TIMEOUT_MS}",
+            "foreign_keys=ON",
+            "synchronous=FULL",
+        ):
+            connection.execute(f"PRAGMA {pragma}")
+
+    return engine
+
+
+def migrate_job_tables(database_url: str) -> None:
+    """Create or migrate the engine's own tables in the application's database."""
+    DBOS.migrate(database_url)
+    SQLAlchemyDatasource.migrate(database_url)
+
+
+class JobClient:
+    """The web's and the command line's view of the jobs: enqueue and cancel, never run."""
+
+    def __init__(self, database_url: str) -> None:
+        self._engine = make_job_engine(database_url)
+        self._client = DBOSClient(
+            system_database_engine=self._engine,
+            serializer=DBOSPortableJSONSerializer(),
+            application_name=APPLICATION,
+            lazy=True,
+        )
+
+    def enqueue(
+        self,
+        session: Session,
+        job: str,
+        *arguments: object,
+        queue: JobQueue,
+        job_id: str,
+        priority: int = 10,
+    ) -> None:
+        """Enqueue in the caller's transaction: the job exists when the caller's rows do."""
+        options: EnqueueOptions = {
+            "workflow_name": job,
+            "queue_name": queue.value,
+            "workflow_id": job_id,
+            "priority": priority,
+        }
+        self._client.enqueue_in_transaction(session, options, *arguments)
+
+    def cancel(self, job_id: str) -> None:
+        """Stop a job before its next step; a finished one stays finished."""
+        self._client.cancel_workflow(job_id)
+
+    def destroy(self) -> None:
+        """Close all connections."""
+        self._client.destroy()
+        self._engine.dispose()
+
+
+class JobRunner:
+    """A worker's view of the jobs: runs what is queued, resumes what others left."""
+
+    def __init__(self, database_url: str, executor_id: str, *, concurrency: int) -> None:
+        self._engine = make_job_engine(database_url)
+        self._concurrency = concurrency
+        self._is_sqlite = database_url.startswith("sqlite")
+        config: DBOSConfig = {
+            "name": APPLICATION,
+            "system_database_engine": self._engine,
+            "application_version": APPLICATION_VERSION,
+            "executor_id": executor_id,
+            "serializer": DBOSPortableJSONSerializer(),
+            "run_migrations": False,
+            "enable_otlp": False,
+            "log_level": "WARNING",
+        }
+        DBOS(config=config)
+        self._datasource = SQLAlchemyDatasource.create(
+            database_url,
+            engine=self._engine,
+            serializer=DBOSPortableJSONSerializer(),
+            run_migrations=False,
+        )
+
+    @staticmethod
+    def register(name: str, function: Callable[..., Any]) -> None:
+        """Make a function the body of the jobs with this name; before `launch`."""
+        DBOS.workflow(name=name)(function)
+
+    def launch(self) -> None:
+        """Begin to take jobs."""
+        DBOS.launch()
+        for queue in JobQueue:
+            DBOS.register_queue(
+                queue.value,
+                worker_concurrency=self._concurrency,
+                polling_interval_sec=0.2,
+                on_conflict="always_update",
+            )
+
+    def destroy(self) -> None:
+        """Stop taking jobs; what is under way is left to be resumed."""
+        DBOS.destroy(workflow_completion_timeout_sec=0)
+        self._engine.dispose()
+
+    def step(self, name: str, function: Callable[..., Result], *arguments: object) -> Result:
+        """Do a step of a job once: what it stores and the note that it is done are one commit.
+
+        The function computes first and touches `session()` last, because on SQLite the first
+        writing statement takes the database's only writer's place until the step ends.
+        """
+        options: DatasourceOptions = {
+            "name": name,
+            "isolation_level": "SERIALIZABLE" if self._is_sqlite else "READ COMMITTED",
+        }
+        return self._datasource.run_tx_step(options, function, *arguments)
+
+    def session(self) -> Session:
+        """Return the open step's session."""
+        return self._datasource.sql_session()
+
+    @staticmethod
+    def orphans(live_executors: Sequence[str]) -> list[tuple[str, str]]:
+        """Return (job id, queue) of the jobs under way whose worker is not among the living."""
+        pending = DBOS.list_workflows(status="PENDING", load_input=False, load_output=False)
+        return [
+            (job.workflow_id, job.queue_name or JobQueue.SHORT.value)
+            for job in pending
+            if job.executor_id not in live_executors
+        ]
+
+    @staticmethod
+    def resume(job_id: str, queue: str) -> None:
+        """Put an orphaned job back into its queue; its old worker is fenced off."""
+        DBOS.resume_workflow(job_id, queue_name=queue)
+
+    @staticmethod
+    def cancel(job_id: str) -> None:
+        """Stop a job for good."""
+        DBOS.cancel_workflow(job_id)

@@ -1,0 +1,86 @@
+"""The composition root: puts settings, database, store, jobs and all features into one app."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+from app import health, problems
+from app.admin import pages as admin_pages
+from app.admin import router as admin
+from app.ais import pages as ais_pages
+from app.ais import router as ais
+from app.auth import pages as auth_pages
+from app.auth import router as auth
+from app.auth.declared import refuse_undeclared_routes
+from app.auth.protection import protect
+from app.config import Settings, get_settings
+from app.db import Database
+from app.detectors import pages as detector_pages
+from app.detectors import router as detectors
+from app.exports import pages as export_pages
+from app.exports import router as exports
+from app.imagery import pages as imagery_pages
+from app.imagery import router as imagery
+from app.jobs import JobClient
+from app.registration import pages as registration_pages
+from app.registration import router as registration
+from app.reviews import pages as review_pages
+from app.reviews import router as reviews
+from app.runs import pages as run_pages
+from app.runs import router as runs
+from app.sites import pages as site_pages
+from app.sites import router as sites
+from app.statics import mount_statics
+from app.storage import Storage
+
+API = "/api/v1"
+REST = (auth, admin, sites, registration, imagery, ais, detectors, runs, reviews, exports)
+PAGES = (
+    auth_pages,
+    admin_pages,
+    site_pages,
+    registration_pages,
+    imagery_pages,
+    ais_pages,
+    detector_pages,
+    run_pages,
+    review_pages,
+    export_pages,
+)
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """Build the web application. Raises when a route forgot to declare its permission."""
+    settings = settings or get_settings()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        yield
+        app.state.jobs.destroy()
+        app.state.database.dispose()
+
+    app = FastAPI(
+        title="Quaymark",
+        version="1",
+        summary="Shore-camera photographs and AIS messages, fused into reviewed 6D vessel poses",
+        openapi_url=f"{API}/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=lifespan,
+    )
+    app.state.settings = settings
+    app.state.database = Database(settings.database_url)
+    app.state.storage = Storage(settings.storage_url)
+    app.state.jobs = JobClient(settings.database_url)
+
+    app.include_router(health.router)
+    for feature in REST:
+        app.include_router(feature.router, prefix=API)
+    for feature in PAGES:
+        app.include_router(feature.router, include_in_schema=False)
+    mount_statics(app)
+    problems.install(app)
+    protect(app, settings)
+    refuse_undeclared_routes(app)
+    return app

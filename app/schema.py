@@ -1,0 +1,64 @@
+"""The schema's life: upgrade, downgrade, check, for the application's tables and the job engine's.
+
+One call leaves both ready, so that no process has to create tables while serving.
+"""
+
+from alembic import command
+from alembic.autogenerate import compare_metadata
+from alembic.config import Config
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
+
+from app.db import Base, Database
+from app.jobs import migrate_job_tables
+from app.locator import locate
+
+
+def _config(connection: object) -> Config:
+    config = Config()
+    config.set_main_option("script_location", str(locate("migrations")))
+    config.attributes["connection"] = connection
+    return config
+
+
+def upgrade(database: Database, revision: str = "head") -> None:
+    """Bring the database up to a revision; the job engine's tables come along."""
+    with database.engine.execution_options(writes=True).begin() as connection:
+        command.upgrade(_config(connection), revision)
+    migrate_job_tables(database.url)
+
+
+def downgrade(database: Database, revision: str) -> None:
+    """Take the application's tables back to a revision (`base` removes them)."""
+    with database.engine.execution_options(writes=True).begin() as connection:
+        command.downgrade(_config(connection), revision)
+
+
+def current_revision(database: Database) -> str | None:
+    """Return the revision the database is at, or None for an empty one."""
+    with database.engine.connect() as connection:
+        return MigrationContext.configure(connection).get_current_revision()
+
+
+def head_revision() -> str:
+    """Return the newest revision this code knows."""
+    config = Config()
+    config.set_main_option("script_location", str(locate("migrations")))
+    head = ScriptDirectory.from_config(config).get_current_head()
+    if head is None:
+        raise FileNotFoundError("no migrations in this installation")
+    return head
+
+
+def differences(database: Database) -> list[object]:
+    """Return what the tables in the code and in the database disagree about."""
+    own = frozenset(Base.metadata.tables)
+    with database.engine.connect() as connection:
+        migration_context = MigrationContext.configure(
+            connection,
+            opts={
+                "include_name": lambda name, kind, _parents: kind != "table" or name in own,
+                "compare_type": True,
+            },
+        )
+        return list(compare_metadata(migration_context, Base.metadata))

@@ -1,0 +1,129 @@
+"""The file store: bytes under their SHA-256, in a folder or a bucket.
+
+A file is written beside its place, flushed to the disk and moved there before any row speaks of
+it; so a row never points at bytes that a power cut took away. The same bytes are stored once.
+Derived files (previews) have names of their own and may be thrown away at any time.
+"""
+
+import errno
+import hashlib
+import os
+import secrets
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import fsspec
+
+from app.errors import NotFound, StorageFull
+
+CHUNK_BYTES = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """Where bytes went: their SHA-256 (hex) and how many there are."""
+
+    sha256: str
+    size_bytes: int
+
+
+class Storage:
+    """Content-addressed files below a folder or any fsspec URL."""
+
+    def __init__(self, url: str) -> None:
+        self._filesystem: Any
+        self._filesystem, root = fsspec.core.url_to_fs(url)
+        self.root: str = str(root)
+        self._is_local = "file" in self._filesystem.protocol
+
+    def put(self, data: bytes) -> Stored:
+        """Store bytes; returns their address. Raises StorageFull when the disk is full."""
+        sha256 = hashlib.sha256(data).hexdigest()
+        self._write(self._place(sha256), [data])
+        return Stored(sha256, len(data))
+
+    def put_stream(self, stream: IO[bytes]) -> Stored:
+        """Store a stream of unknown length without holding it in memory."""
+        digest = hashlib.sha256()
+        size_bytes = 0
+        while chunk := stream.read(CHUNK_BYTES):
+            digest.update(chunk)
+            size_bytes += len(chunk)
+        stream.seek(0)
+        sha256 = digest.hexdigest()
+        self._write(self._place(sha256), iter(lambda: stream.read(CHUNK_BYTES), b""))
+        return Stored(sha256, size_bytes)
+
+    def read(self, sha256: str) -> bytes:
+        """Return the bytes at an address. Raises NotFound when they are gone."""
+        return self._read(self._place(sha256))
+
+    def open(self, sha256: str) -> IO[bytes]:
+        """Open the bytes at an address to read. Raises NotFound when they are gone."""
+        try:
+            stream: IO[bytes] = self._filesystem.open(self._place(sha256), "rb")
+        except FileNotFoundError as error:
+            raise NotFound("the file is gone from the store") from error
+        return stream
+
+    def local_path(self, sha256: str) -> Path | None:
+        """Return the file's path where the store is a folder, else None."""
+        return Path(self._place(sha256)) if self._is_local else None
+
+    def exists(self, sha256: str) -> bool:
+        """Whether bytes are stored at an address."""
+        return bool(self._filesystem.exists(self._place(sha256)))
+
+    def derived(self, name: str, make: Callable[[], bytes]) -> bytes:
+        """Return a derived file, made on first use; `name` must be ours, never a user's."""
+        path = f"{self.root}/derived/{name}"
+        try:
+            return self._read(path)
+        except NotFound:
+            data = make()
+            self._write(path, [data])
+            return data
+
+    def _place(self, sha256: str) -> str:
+        return f"{self.root}/{sha256[:2]}/{sha256[2:4]}/{sha256}"
+
+    def _read(self, path: str) -> bytes:
+        try:
+            return bytes(self._filesystem.cat_file(path))
+        except FileNotFoundError as error:
+            raise NotFound("the file is gone from the store") from error
+
+    def _write(self, path: str, chunks: Iterable[bytes]) -> None:
+        if self._filesystem.exists(path):
+            return
+        if not self._is_local:
+            with self._filesystem.open(path, "wb") as target:
+                for chunk in chunks:
+                    target.write(chunk)
+            return
+        place = Path(path)
+        draft = place.with_name(f".{place.name}.{secrets.token_hex(8)}")
+        try:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            with draft.open("xb") as target:
+                for chunk in chunks:
+                    target.write(chunk)
+                target.flush()
+                os.fsync(target.fileno())
+            draft.replace(place)
+            _fsync_folder(place.parent)
+        except OSError as error:
+            draft.unlink(missing_ok=True)
+            if error.errno in {errno.ENOSPC, errno.EDQUOT}:
+                raise StorageFull("there is no room left; free some space and try again") from error
+            raise
+
+
+def _fsync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,29 @@
+"""Tables, one module per idea; importing the package registers them all."""
+
+from app.tables import (
+    ais,
+    detection,
+    exports,
+    groundtruth,
+    identity,
+    imagery,
+    operation,
+    registration,
+    reviews,
+    runs,
+    sites,
+)
+
+__all__ = [
+    "ais",
+    "detection",
+    "exports",
+    "groundtruth",
+    "identity",
+    "imagery",
+    "operation",
+    "registration",
+    "reviews",
+    "runs",
+    "sites",
+]

@@ -1,0 +1,120 @@
+"""AIS: files with their accounting, position and static reports, the vessels they speak of.
+
+A file belongs to one site, or to all of them when `site_id` is empty: a receiver often covers more
+than one camera.
+"""
+
+from datetime import datetime
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Mapped, mapped_column
+
+from app.db import Base, now
+
+WideId = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
+
+
+class AisFile(Base):
+    """One imported recording, known by its content, with what became of every line."""
+
+    __tablename__ = "ais_files"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    site_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("sites.id", ondelete="CASCADE"), index=True
+    )
+    sha256: Mapped[str] = mapped_column(sa.String(64))
+    file_name: Mapped[str] = mapped_column(sa.String(255))
+    format: Mapped[str] = mapped_column(sa.String(32))
+    size_bytes: Mapped[int]
+    accounting: Mapped[dict[str, Any]]
+    first_at: Mapped[datetime | None]
+    last_at: Mapped[datetime | None]
+    created_at: Mapped[datetime] = mapped_column(default=now)
+    created_by_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("users.id", ondelete="SET NULL")
+    )
+
+    __table_args__ = (
+        sa.Index("uq_ais_files_content", "sha256", sa.text("coalesce(site_id, 0)"), unique=True),
+    )
+
+
+class AisPosition(Base):
+    """A position report (ITU-R M.1371 types 1, 2, 3, 18, 19); empty where not available."""
+
+    __tablename__ = "ais_positions"
+
+    id: Mapped[int] = mapped_column(WideId, primary_key=True)
+    site_id: Mapped[int | None] = mapped_column(sa.ForeignKey("sites.id", ondelete="CASCADE"))
+    file_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("ais_files.id", ondelete="CASCADE"), index=True
+    )
+    mmsi: Mapped[int]
+    fix_time: Mapped[datetime]
+    received_at: Mapped[datetime]
+    lat_deg: Mapped[float]
+    lon_deg: Mapped[float]
+    sog_kn: Mapped[float | None]
+    cog_deg: Mapped[float | None]
+    heading_deg: Mapped[float | None]
+    rot_deg_min: Mapped[float | None]
+    message_type: Mapped[int | None]
+    ais_class: Mapped[str | None] = mapped_column(sa.String(1))
+    high_accuracy: Mapped[bool | None]
+
+    __table_args__ = (
+        sa.Index("ix_ais_positions_vessel_time", "mmsi", "fix_time"),
+        sa.Index("ix_ais_positions_time", "fix_time"),
+        # The same fix heard twice, in one recording or in two, is one report.
+        sa.Index(
+            "uq_ais_positions_fix",
+            "mmsi",
+            "fix_time",
+            "lat_deg",
+            "lon_deg",
+            sa.text("coalesce(site_id, 0)"),
+            unique=True,
+        ),
+    )
+
+
+class AisStatic(Base):
+    """A static report (types 5, 19, 24 or a table's columns); empty where not said."""
+
+    __tablename__ = "ais_statics"
+
+    id: Mapped[int] = mapped_column(WideId, primary_key=True)
+    site_id: Mapped[int | None] = mapped_column(sa.ForeignKey("sites.id", ondelete="CASCADE"))
+    file_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("ais_files.id", ondelete="CASCADE"), index=True
+    )
+    mmsi: Mapped[int]
+    received_at: Mapped[datetime]
+    name: Mapped[str | None] = mapped_column(sa.String(64))
+    callsign: Mapped[str | None] = mapped_column(sa.String(16))
+    imo: Mapped[int | None]
+    ship_type: Mapped[int | None]
+    to_bow_m: Mapped[float | None]
+    to_stern_m: Mapped[float | None]
+    to_port_m: Mapped[float | None]
+    to_starboard_m: Mapped[float | None]
+
+    __table_args__ = (sa.Index("ix_ais_statics_vessel_time", "mmsi", "received_at"),)
+
+
+class Vessel(Base):
+    """A vessel as last heard of; its reports stay in the tables above."""
+
+    __tablename__ = "vessels"
+
+    mmsi: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    name: Mapped[str | None] = mapped_column(sa.String(64))
+    callsign: Mapped[str | None] = mapped_column(sa.String(16))
+    imo: Mapped[int | None]
+    ship_type: Mapped[int | None]
+    length_m: Mapped[float | None]
+    width_m: Mapped[float | None]
+    first_seen_at: Mapped[datetime]
+    last_seen_at: Mapped[datetime]

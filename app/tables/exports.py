@@ -1,0 +1,45 @@
+"""Exports: what was asked for, how far it is, and the file that came of it."""
+
+from datetime import datetime
+from enum import StrEnum
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Mapped, mapped_column
+
+from app.db import Base, enum_type, now
+
+
+class ExportStatus(StrEnum):
+    """Where an export stands."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+class Export(Base):
+    """One export; its bytes are in the file store under their SHA-256."""
+
+    __tablename__ = "exports"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    format: Mapped[str] = mapped_column(sa.String(16))
+    filters: Mapped[dict[str, Any]]
+    site_ids: Mapped[list[int] | None]
+    anonymise: Mapped[bool]
+    status: Mapped[ExportStatus] = mapped_column(
+        enum_type(ExportStatus), default=ExportStatus.QUEUED
+    )
+    error: Mapped[str | None] = mapped_column(sa.Text)
+    workflow_id: Mapped[str] = mapped_column(sa.String(64), unique=True)
+    item_count: Mapped[int | None]
+    sha256: Mapped[str | None] = mapped_column(sa.String(64))
+    size_bytes: Mapped[int | None]
+    created_at: Mapped[datetime] = mapped_column(default=now)
+    finished_at: Mapped[datetime | None]
+    created_by_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("users.id", ondelete="SET NULL")
+    )

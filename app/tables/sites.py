@@ -1,0 +1,74 @@
+"""Places, the cameras that look at them, and where those cameras point."""
+
+from datetime import datetime
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from app.db import Base, now
+
+
+class Site(Base):
+    """A place: the origin of its ENU frame and its water level, both ellipsoidal (WGS84)."""
+
+    __tablename__ = "sites"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    name: Mapped[str] = mapped_column(sa.String(200), unique=True)
+    origin_lat_deg: Mapped[float]
+    origin_lon_deg: Mapped[float]
+    origin_height_m: Mapped[float] = mapped_column(default=0.0)
+    water_level_m: Mapped[float] = mapped_column(default=0.0)
+    timezone: Mapped[str] = mapped_column(sa.String(64), default="UTC")
+    is_simulated: Mapped[bool] = mapped_column(default=False)
+    created_at: Mapped[datetime] = mapped_column(default=now)
+    version: Mapped[int] = mapped_column(default=1)
+
+    __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
+
+
+class Camera(Base):
+    """A camera: image size, intrinsics in px, distortion in OpenCV order (k1 k2 p1 p2 k3)."""
+
+    __tablename__ = "cameras"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    site_id: Mapped[int] = mapped_column(sa.ForeignKey("sites.id", ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(sa.String(200))
+    width_px: Mapped[int]
+    height_px: Mapped[int]
+    fx_px: Mapped[float]
+    fy_px: Mapped[float]
+    cx_px: Mapped[float]
+    cy_px: Mapped[float]
+    distortion: Mapped[list[float]]
+    timezone: Mapped[str] = mapped_column(sa.String(64), default="UTC")
+    file_name_pattern: Mapped[str | None] = mapped_column(sa.String(200))
+    created_at: Mapped[datetime] = mapped_column(default=now)
+    version: Mapped[int] = mapped_column(default=1)
+
+    site: Mapped[Site] = relationship()
+
+    __table_args__ = (sa.UniqueConstraint("site_id", "name"),)
+    __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
+
+
+class Viewport(Base):
+    """One pointing of a camera, valid from a moment until another (open where empty)."""
+
+    __tablename__ = "viewports"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    camera_id: Mapped[int] = mapped_column(
+        sa.ForeignKey("cameras.id", ondelete="CASCADE"), index=True
+    )
+    name: Mapped[str] = mapped_column(sa.String(200))
+    valid_from: Mapped[datetime | None]
+    valid_until: Mapped[datetime | None]
+    created_at: Mapped[datetime] = mapped_column(default=now)
+    version: Mapped[int] = mapped_column(default=1)
+
+    camera: Mapped[Camera] = relationship()
+
+    __table_args__ = (sa.UniqueConstraint("camera_id", "name"),)
+    __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way

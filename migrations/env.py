@@ -1,0 +1,25 @@
+"""Alembic's entry: compares and migrates the application's own tables, and no others."""
+
+from alembic import context
+
+import app.tables  # noqa: F401  registers the tables
+from app.db import Base
+
+OWN_TABLES = frozenset(Base.metadata.tables)
+
+
+def include_name(name: str | None, kind: str, _parents: object) -> bool:
+    """Keep the job engine's tables, which share the database, out of sight."""
+    return kind != "table" or name in OWN_TABLES or name == "alembic_version"
+
+
+connection = context.config.attributes["connection"]
+context.configure(
+    connection=connection,
+    target_metadata=Base.metadata,
+    include_name=include_name,
+    render_as_batch=connection.dialect.name == "sqlite",
+    compare_type=True,
+)
+with context.begin_transaction():
+    context.run_migrations()
