@@ -1,0 +1,31 @@
+/** Messages above the content: dismissed by their cross, and shown by islands with showFlash. */
+
+export type Tone = "info" | "success" | "warning" | "error";
+
+export function enableFlashes(root: Document): void {
+  root.addEventListener("click", (event) => {
+    if (event.target instanceof Element && event.target.closest("[data-dismiss]") !== null) {
+      event.target.closest(".flash")?.remove();
+    }
+  });
+}
+
+/** Shows a message in the page's flash area; an error is announced at once. */
+export function showFlash(message: string, tone: Tone): void {
+  const area = document.querySelector("[data-flashes]");
+  if (area === null) {
+    return;
+  }
+  const flash = document.createElement("div");
+  flash.className = `flash flash--${tone}`;
+  flash.setAttribute("role", tone === "error" ? "alert" : "status");
+  const text = document.createElement("div");
+  text.textContent = message;
+  const close = document.createElement("button");
+  close.type = "button";
+  close.className = "button button--quiet button--small";
+  close.dataset["dismiss"] = "";
+  close.textContent = "Dismiss";
+  flash.append(text, close);
+  area.append(flash);
+}
