@@ -8,13 +8,12 @@ import { defineConfig } from "vitest/config";
 const ISLANDS = ["theme", "main"];
 
 export default defineConfig({
-  root: "static/src",
   base: "./",
   publicDir: false,
   build: {
-    outDir: "../dist",
+    outDir: "static/dist",
     emptyOutDir: true,
-    manifest: "manifest.json",
+    manifest: true,
     target: "es2022",
     // light-dark() and nesting are in every browser since 2024; lowering them would break themes.
     cssTarget: ["chrome123", "firefox120", "safari17.5"],
@@ -28,6 +27,6 @@ export default defineConfig({
   },
   test: {
     environment: "node",
-    include: ["**/*.test.ts"],
+    include: ["static/src/**/*.test.ts"],
   },
 });
