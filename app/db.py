@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.postgresql import JSONB
@@ -80,6 +80,16 @@ def enum_type(values: type[StrEnum]) -> sa.Enum:
         values_callable=lambda members: [member.value for member in members],
         name=values.__name__.lower(),
     )
+
+
+Row = TypeVar("Row", bound=Base)
+
+
+def find(session: Session, table: type[Row], identifier: int) -> Row | None:
+    """Return the row with an id; None for unknown ids and for those no column could hold."""
+    is_wide = isinstance(sa.inspect(table).primary_key[0].type, sa.BigInteger)
+    largest = 2**63 - 1 if is_wide else 2**31 - 1
+    return session.get(table, identifier) if 0 < identifier <= largest else None
 
 
 def now() -> datetime:
