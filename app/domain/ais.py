@@ -146,7 +146,7 @@ def positive_or_none(raw: int) -> int | None:
 
 def antenna_distances_m(
     to_bow: float, to_stern: float, to_port: float, to_starboard: float
-) -> tuple[float, float, float, float] | tuple[None, None, None, None]:
+) -> tuple[float | None, float | None, float | None, float | None]:
     """Return the distances A, B, C, D, m; four None if the sender left them all at zero."""
     if to_bow == to_stern == to_port == to_starboard == 0:
         return (None, None, None, None)

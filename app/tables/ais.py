@@ -63,6 +63,7 @@ class AisPosition(Base):
     message_type: Mapped[int | None]
     ais_class: Mapped[str | None] = mapped_column(sa.String(1))
     high_accuracy: Mapped[bool | None]
+    fix_time_source: Mapped[str] = mapped_column(sa.String(16), default="prompt")
 
     __table_args__ = (
         sa.Index("ix_ais_positions_vessel_time", "mmsi", "fix_time"),
@@ -100,6 +101,7 @@ class AisStatic(Base):
     to_stern_m: Mapped[float | None]
     to_port_m: Mapped[float | None]
     to_starboard_m: Mapped[float | None]
+    mothership_mmsi: Mapped[int | None]
 
     __table_args__ = (sa.Index("ix_ais_statics_vessel_time", "mmsi", "received_at"),)
 
