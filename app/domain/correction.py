@@ -1,0 +1,97 @@
+"""Pulling the AIS segment under its detection, and raising it to the detection's height.
+
+Paper, Correcting AIS data using visual cues and Creating the 3D bounding box: each edge of the
+detection, seen from the camera, is a plane through the camera's centre: alpha (left), beta (right),
+both containing the vertical, gamma (bottom) and delta (top). The segment moves as a whole until its
+extreme corners lie on alpha, beta and gamma, and is raised until the first corner reaches delta.
+
+Two formulas differ from the printed ones, because only so do the published labels come out: the
+corrections are subtracted (printed plus signs would double the gap), and the top face is raised
+along delta's normal, not along the vertical.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.domain.arrays import FloatArray
+from app.domain.borders import CutEdges
+from app.domain.camera import Camera
+from app.domain.detection import Detection
+
+
+@dataclass(frozen=True, eq=False)
+class EdgePlanes:
+    """Unit normals (3,) in the world frame of the four planes, which meet at `center_in_world`.
+
+    In the image of an upright camera alpha and beta point to the left, gamma and delta downwards:
+    a vessel inside its box has alpha <= 0 <= beta, gamma <= 0 <= delta.
+    """
+
+    center_in_world: FloatArray
+    alpha: FloatArray
+    beta: FloatArray
+    gamma: FloatArray
+    delta: FloatArray
+
+    def distances_m(self, normal: FloatArray, points_in_world: FloatArray) -> FloatArray:
+        """Signed distances (n,) of points (n, 3) to the plane with that normal."""
+        return np.asarray((points_in_world - self.center_in_world) @ normal, dtype=np.float64)
+
+
+def edge_planes(camera: Camera, detection: Detection, up_in_world: FloatArray) -> EdgePlanes:
+    """Build alpha, beta, gamma, delta from a detection and the vessel's z_v.
+
+    Raises ValueError when a corner of the box has no line of sight (beyond the lens's range).
+    """
+    x1, y1, x2, y2 = detection.x1_px, detection.y1_px, detection.x2_px, detection.y2_px
+    top_left, bottom_left, top_right, bottom_right = camera.rays(
+        [[x1, y1], [x1, y2], [x2, y1], [x2, y2]]
+    )
+    planes = EdgePlanes(
+        center_in_world=camera.center_in_world,
+        alpha=_unit(np.cross(up_in_world, bottom_left)),
+        beta=_unit(np.cross(up_in_world, bottom_right)),
+        gamma=_unit(np.cross(bottom_left, bottom_right)),
+        delta=_unit(np.cross(top_left, top_right)),
+    )
+    normals = np.vstack([planes.alpha, planes.beta, planes.gamma, planes.delta])
+    if not np.isfinite(normals).all():
+        raise ValueError(
+            "a corner of the detection lies where the lens distortion is not one-to-one: "
+            "check the camera's distortion coefficients"
+        )
+    return planes
+
+
+def correction_in_world(
+    planes: EdgePlanes, corners_in_world: FloatArray, cut: CutEdges
+) -> FloatArray:
+    """Find the shift (3,) of a segment (4, 3) that brings it between its planes (paper, delta v).
+
+    All distances are those of the uncorrected corners, and every pull counts even where its plane
+    is not violated. An edge made by the image's border pulls nothing; its opposite then counts
+    fully. The paper leaves a cut lower edge open: gamma is dropped there.
+    """
+    # The paper's extreme corners i, j, k: the leftmost, the rightmost and the lowest one.
+    alpha_gap = planes.distances_m(planes.alpha, corners_in_world).max()
+    beta_gap = planes.distances_m(planes.beta, corners_in_world).min()
+    gamma_gap = planes.distances_m(planes.gamma, corners_in_world).max()
+    alpha_weight = 0.0 if cut.left else (1.0 if cut.right else 0.5)
+    beta_weight = 0.0 if cut.right else (1.0 if cut.left else 0.5)
+    gamma_weight = 0.0 if cut.bottom else 1.0
+    shift = (
+        gamma_weight * gamma_gap * planes.gamma
+        + alpha_weight * alpha_gap * planes.alpha
+        + beta_weight * beta_gap * planes.beta
+    )
+    return np.asarray(-shift, dtype=np.float64)
+
+
+def height_m(planes: EdgePlanes, bottom_corners_in_world: FloatArray) -> float:
+    """Find the height at which the first corner of the raised segment touches delta (paper, h)."""
+    return float(planes.distances_m(planes.delta, bottom_corners_in_world).min())
+
+
+def _unit(vector: FloatArray) -> FloatArray:
+    return np.asarray(vector / np.linalg.norm(vector), dtype=np.float64)

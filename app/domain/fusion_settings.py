@@ -1,0 +1,50 @@
+"""The numbers of fusion that the paper leaves open, in one frozen, checkable place.
+
+A run stores these beside its poses, so that every pose can be explained and made again.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import isnan
+
+
+class Preset(StrEnum):
+    """The estimators of fusion."""
+
+    PAPER = "paper"  # the published behaviour, reproduced exactly
+
+
+@dataclass(frozen=True, slots=True)
+class FusionSettings:
+    """Settings of one run of fusion; the defaults are those that reproduce the paper.
+
+    `score_threshold`, `nms_iou` and `class_ids` (COCO: 8 is boat) choose detections; fusion itself
+    applies the first of them, so that imported detections meet the same bar. Raises ValueError
+    naming the field that is out of its range.
+    """
+
+    preset: Preset = Preset.PAPER
+    score_threshold: float = 0.25
+    nms_iou: float = 0.45
+    class_ids: tuple[int, ...] = (8,)
+    border_tolerance_px: float = 2.0  # a box this near to the border counts as cut by it
+    maximum_cost: float = 0.5  # theta; true matches of published images reach 0.23 at score 0.5
+    maximum_report_age_s: float = 60.0
+    maximum_range_m: float = 3000.0  # from the camera to the antenna
+    image_margin: float = 0.5  # of the image's width: candidates may lie this far outside
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("score_threshold", 0.0, 1.0),
+            ("nms_iou", 0.0, 1.0),
+            ("border_tolerance_px", 0.0, float("inf")),
+            ("maximum_cost", 0.0, float("inf")),
+            ("maximum_report_age_s", 0.0, float("inf")),
+            ("maximum_range_m", 0.0, float("inf")),
+            ("image_margin", 0.0, 10.0),
+        ):
+            value = getattr(self, name)
+            if isnan(value) or not low <= value <= high:
+                raise ValueError(f"{name} must lie between {low:g} and {high:g}, got {value}")
+        if not self.class_ids:
+            raise ValueError("class_ids must name at least one class of the detector")
