@@ -106,7 +106,7 @@ Row = TypeVar("Row")
 
 def fetch_page(
     session: Session,
-    statement: sa.Select[tuple[Row]],
+    statement: sa.Select[Row],
     identifier: sa.ColumnElement[int] | sa.orm.InstrumentedAttribute[int],
     paging: Paging,
 ) -> tuple[Sequence[Row], str | None]:

@@ -1,0 +1,101 @@
+"""Reading AIS reports in bulk, for tracks: as plain tuples, in the order of time.
+
+Rows without a site are shared by all sites. `readable` is the set of sites that a caller may read,
+None for all of them, as `Access.site_ids` gives it.
+"""
+
+from collections.abc import Iterable
+from datetime import datetime
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.orm import InstrumentedAttribute, Session
+
+from app.ais.area import Area
+from app.tables.ais import AisPosition, AisStatic
+
+Readable = frozenset[int] | None
+
+POSITION_COLUMNS = (
+    AisPosition.mmsi,
+    AisPosition.fix_time,
+    AisPosition.received_at,
+    AisPosition.lat_deg,
+    AisPosition.lon_deg,
+    AisPosition.sog_kn,
+    AisPosition.cog_deg,
+    AisPosition.heading_deg,
+    AisPosition.rot_deg_min,
+    AisPosition.message_type,
+    AisPosition.ais_class,
+    AisPosition.high_accuracy,
+    AisPosition.fix_time_source,
+    AisPosition.id,
+)
+STATIC_COLUMNS = (
+    AisStatic.mmsi,
+    AisStatic.received_at,
+    AisStatic.name,
+    AisStatic.callsign,
+    AisStatic.imo,
+    AisStatic.ship_type,
+    AisStatic.to_bow_m,
+    AisStatic.to_stern_m,
+    AisStatic.to_port_m,
+    AisStatic.to_starboard_m,
+    AisStatic.mothership_mmsi,
+)
+
+
+def visible(
+    site_id: InstrumentedAttribute[int | None], readable: Readable
+) -> sa.ColumnElement[bool]:
+    """Return the condition that a row is shared or of a readable site."""
+    if readable is None:
+        return sa.true()
+    return sa.or_(site_id.is_(None), site_id.in_(readable))
+
+
+def within(
+    start: datetime | None, end: datetime | None, area: Area | None
+) -> list[sa.ColumnElement[bool]]:
+    """Return the conditions on a position's time and place; none for what is not given."""
+    conditions: list[sa.ColumnElement[bool]] = []
+    if start is not None:
+        conditions.append(AisPosition.fix_time >= start)
+    if end is not None:
+        conditions.append(AisPosition.fix_time <= end)
+    if area is not None:
+        conditions.append(AisPosition.lat_deg.between(area.south_deg, area.north_deg))
+        between = AisPosition.lon_deg >= area.west_deg, AisPosition.lon_deg <= area.east_deg
+        conditions.append(sa.or_(*between) if area.crosses_antimeridian else sa.and_(*between))
+    return conditions
+
+
+def position_rows(
+    session: Session, readable: Readable, start: datetime, end: datetime, area: Area | None
+) -> Iterable[tuple[Any, ...]]:
+    """Return `POSITION_COLUMNS` of all positions in a time window, oldest first."""
+    statement = (
+        sa.select(*POSITION_COLUMNS)
+        .where(visible(AisPosition.site_id, readable), *within(start, end, area))
+        .order_by(AisPosition.fix_time, AisPosition.id)
+    )
+    return (tuple(row) for row in session.execute(statement))
+
+
+def static_rows(
+    session: Session, readable: Readable, start: datetime, end: datetime, area: Area | None
+) -> Iterable[tuple[Any, ...]]:
+    """Return `STATIC_COLUMNS` of all the statics of `position_rows`' vessels, oldest first."""
+    near = (
+        sa.select(AisPosition.mmsi)
+        .where(visible(AisPosition.site_id, readable), *within(start, end, area))
+        .distinct()
+    )
+    statement = (
+        sa.select(*STATIC_COLUMNS)
+        .where(visible(AisStatic.site_id, readable), AisStatic.mmsi.in_(near))
+        .order_by(AisStatic.received_at, AisStatic.id)
+    )
+    return (tuple(row) for row in session.execute(statement))

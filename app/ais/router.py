@@ -1,0 +1,5 @@
+"""REST of AIS files, vessels and tracks."""
+
+from fastapi import APIRouter
+
+router = APIRouter()
