@@ -11,16 +11,19 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import sqlalchemy as sa
+import structlog
 from dbos import DBOS, DBOSClient, DBOSConfig, SQLAlchemyDatasource
 from dbos._serialization import DBOSPortableJSONSerializer
 from sqlalchemy.orm import Session
 
 from app.db import BUSY_TIMEOUT_MS
+from app.errors import AppError
 
 if TYPE_CHECKING:
     from dbos import EnqueueOptions
     from dbos._datasource import DatasourceOptions
 
+log = structlog.get_logger()
 Result = TypeVar("Result")
 APPLICATION = "quaymark"
 # A fixed version: jobs begun before an upgrade go on after it.
@@ -130,10 +133,24 @@ class JobRunner:
             run_migrations=False,
         )
 
-    @staticmethod
-    def register(name: str, function: Callable[..., Any]) -> None:
-        """Make a function the body of the jobs with this name; before `launch`."""
-        DBOS.workflow(name=name)(function)
+    def register(
+        self, name: str, do: Callable[..., None], fail: Callable[..., None]
+    ) -> None:
+        """Make a function the body of the jobs with this name; before `launch`.
+
+        When it raises, `fail(reason, *arguments)` is a last step that tells the user.
+        """
+
+        def body(*arguments: Any) -> None:  # noqa: ANN401  JSON
+            try:
+                do(*arguments)
+            except Exception as error:
+                reason = error.detail if isinstance(error, AppError) else f"{type(error).__name__}: {error}"
+                log.exception("job failed", job=name, arguments=arguments)
+                self.step("fail", fail, reason, *arguments)
+                raise
+
+        DBOS.workflow(name=name)(body)
 
     def launch(self) -> None:
         """Begin to take jobs."""

@@ -1,0 +1,1 @@
+"""Runs: passes of the pipeline over a viewport's images."""

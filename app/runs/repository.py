@@ -1,0 +1,160 @@
+"""SQL of runs: what is asked of them and how far they are."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session, joinedload
+
+from app.paging import Paging, fetch_page
+from app.tables.detection import Detection, Model, ModelStatus
+from app.tables.imagery import Image
+from app.tables.registration import Registration, RegistrationMethod
+from app.tables.runs import Match, Pose, Run, RunImage, RunStatus
+from app.tables.sites import Viewport
+
+POSE_METHODS = (RegistrationMethod.PNP, RegistrationMethod.GIVEN)
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """How far a run is."""
+
+    images_done: int
+    images_failed: int
+    detections: int
+    matches: int
+    poses: int
+    last_done_at: datetime | None
+
+
+def get(session: Session, run_id: int) -> Run | None:
+    """Return a run with what it refers to."""
+    return session.get(
+        Run,
+        run_id,
+        options=[
+            joinedload(Run.model),
+            joinedload(Run.viewport).joinedload(Viewport.camera),
+        ],
+    )
+
+
+def listed(
+    session: Session, site_ids: Iterable[int] | None, viewport_id: int | None, paging: Paging
+) -> tuple[Sequence[Run], str | None]:
+    """Return a page of runs of some sites (None: all), oldest first."""
+    statement = sa.select(Run).options(
+        joinedload(Run.model), joinedload(Run.viewport).joinedload(Viewport.camera)
+    )
+    if site_ids is not None:
+        statement = statement.where(Run.site_id.in_(site_ids))
+    if viewport_id is not None:
+        statement = statement.where(Run.viewport_id == viewport_id)
+    return fetch_page(session, statement, Run.id, paging)
+
+
+def newest(session: Session, site_ids: Iterable[int] | None, limit: int) -> Sequence[Run]:
+    """Return the newest runs of some sites (None: all)."""
+    statement = (
+        sa.select(Run)
+        .options(joinedload(Run.model), joinedload(Run.viewport).joinedload(Viewport.camera))
+        .order_by(Run.id.desc())
+        .limit(limit)
+    )
+    if site_ids is not None:
+        statement = statement.where(Run.site_id.in_(site_ids))
+    return session.scalars(statement).all()
+
+
+def latest_registration(session: Session, viewport_id: int) -> Registration | None:
+    """Return the newest registration of a viewport that gives a camera pose."""
+    return session.scalars(
+        sa.select(Registration)
+        .where(Registration.viewport_id == viewport_id, Registration.method.in_(POSE_METHODS))
+        .order_by(Registration.id.desc())
+        .limit(1)
+    ).first()
+
+
+def ready_model(session: Session, name: str | None) -> Model | None:
+    """Return the ready detector with a name, or the newest ready one."""
+    statement = sa.select(Model).where(Model.status == ModelStatus.READY)
+    if name is not None:
+        statement = statement.where(Model.name == name)
+    return session.scalars(statement.order_by(Model.id.desc()).limit(1)).first()
+
+
+def ready_models(session: Session) -> Sequence[Model]:
+    """Return all detectors that may be used."""
+    return session.scalars(
+        sa.select(Model).where(Model.status == ModelStatus.READY).order_by(Model.name)
+    ).all()
+
+
+def add(session: Session, run: Run) -> int:
+    """Store a run with one row for each present image of its viewport; returns their count."""
+    session.add(run)
+    session.flush()
+    numbered = sa.select(
+        sa.literal(run.id),
+        Image.id,
+        sa.func.row_number().over(order_by=(Image.captured_at, Image.id)) - 1,
+    ).where(Image.viewport_id == run.viewport_id, Image.deleted_at.is_(None))
+    session.execute(sa.insert(RunImage).from_select(["run_id", "image_id", "position"], numbered))
+    run.image_count = (
+        session.scalar(
+            sa.select(sa.func.count()).select_from(RunImage).where(RunImage.run_id == run.id)
+        )
+        or 0
+    )
+    return run.image_count
+
+
+def counts(session: Session, run_id: int) -> Counts:
+    """Count what a run has made so far."""
+    done, failed, last = session.execute(
+        sa.select(
+            sa.func.count(RunImage.done_at),
+            sa.func.count(RunImage.error),
+            sa.func.max(RunImage.done_at),
+        ).where(RunImage.run_id == run_id)
+    ).one()
+
+    def count(statement: sa.Select[tuple[int]]) -> int:
+        return session.scalar(statement) or 0
+
+    return Counts(
+        images_done=done,
+        images_failed=failed,
+        detections=count(
+            sa.select(sa.func.count(Detection.id))
+            .join(RunImage, RunImage.detection_set_id == Detection.detection_set_id)
+            .where(RunImage.run_id == run_id)
+        ),
+        matches=count(sa.select(sa.func.count(Match.id)).where(Match.run_id == run_id)),
+        poses=count(sa.select(sa.func.count(Pose.id)).where(Pose.run_id == run_id)),
+        last_done_at=last,
+    )
+
+
+def image_errors(session: Session, run_id: int, limit: int = 20) -> Sequence[tuple[str, str]]:
+    """Return (file name, reason) of the images a run could not use."""
+    rows = session.execute(
+        sa.select(Image.file_name, RunImage.error)
+        .join(RunImage, RunImage.image_id == Image.id)
+        .where(RunImage.run_id == run_id, RunImage.error.is_not(None))
+        .order_by(RunImage.position)
+        .limit(limit)
+    )
+    return [(name, reason) for name, reason in rows]
+
+
+def mark_cancelled(session: Session, run_id: int, at: datetime) -> None:
+    """Mark a run as cancelled unless it has ended already."""
+    session.execute(
+        sa.update(Run)
+        .where(Run.id == run_id, Run.status.in_((RunStatus.QUEUED, RunStatus.RUNNING)))
+        .values(status=RunStatus.CANCELLED, finished_at=at)
+    )

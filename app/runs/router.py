@@ -1,0 +1,127 @@
+"""REST of runs: start, list, watch, cancel."""
+
+import json
+from collections.abc import AsyncIterator
+from dataclasses import asdict
+from typing import Annotated
+
+import anyio
+from fastapi import APIRouter, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import StreamingResponse
+
+from app.auth.access import Access, Scope, allowed
+from app.auth.audit import record
+from app.db import Database
+from app.dependencies import DatabaseDep, JobsDep, Page, PagingDep, SessionDep
+from app.errors import NotFound
+from app.runs import service
+from app.runs.schemas import RunIn, RunOut
+from app.sites import service as sites
+from app.tables.runs import Run
+
+router = APIRouter(tags=["runs"])
+EVENT_INTERVAL_S = 0.5
+
+Reader = Annotated[Access, allowed(Scope.READ)]
+Operator = Annotated[Access, allowed(Scope.INGEST)]
+
+
+@router.post("/runs", status_code=201)
+def start_run(
+    body: RunIn,
+    session: SessionDep,
+    jobs: JobsDep,
+    access: Operator,
+    response: Response,
+) -> RunOut:
+    """Start a run over all images of a viewport; a worker takes it from the queue."""
+    access.require(Scope.INGEST, sites.site_id_of_viewport(session, body.viewport_id))
+    run = service.start_run(
+        session,
+        jobs,
+        viewport_id=body.viewport_id,
+        detector=body.detector,
+        preset=body.preset,
+        parameters=body.parameters,
+        name=body.name,
+        user_id=access.user_id,
+    )
+    record(session, access, "start", "run", run.id, site_id=run.site_id)
+    response.headers["Location"] = f"/api/v1/runs/{run.id}"
+    return RunOut.of(run, service.progress(session, run))
+
+
+@router.get("/runs")
+def list_runs(
+    session: SessionDep, access: Reader, paging: PagingDep, viewport_id: int | None = None
+) -> Page[RunOut]:
+    """List the runs of the sites one may read, oldest first."""
+    runs, cursor = service.list_runs(session, access.site_ids(Scope.READ), viewport_id, paging)
+    return Page(
+        items=[RunOut.of(run, service.progress(session, run)) for run in runs], next_cursor=cursor
+    )
+
+
+@router.get("/runs/{run_id}")
+def get_run(run_id: int, session: SessionDep, access: Reader) -> RunOut:
+    """Return a run and how far it is."""
+    run = service.get_run(session, run_id)
+    access.require(Scope.READ, run.site_id)
+    return RunOut.of(run, service.progress(session, run))
+
+
+@router.post("/runs/{run_id}/cancel")
+def cancel_run(run_id: int, database: DatabaseDep, jobs: JobsDep, access: Operator) -> RunOut:
+    """Stop a run before its next images; what it made so far stays."""
+    with database.reading() as session:
+        run = service.get_run(session, run_id)
+        access.require(Scope.INGEST, run.site_id)
+    # Before any row is written here: the job engine writes on a connection of its own.
+    if run.status not in service.ENDED:
+        jobs.cancel(run.workflow_id)
+    with database.writing() as session:
+        service.mark_cancelled(session, run)
+        record(session, access, "cancel", "run", run.id, site_id=run.site_id)
+    with database.reading() as session:
+        run = service.get_run(session, run_id)
+        return RunOut.of(run, service.progress(session, run))
+
+
+@router.get("/runs/{run_id}/events", response_class=StreamingResponse)
+def watch_run(
+    run_id: int, request: Request, session: SessionDep, database: DatabaseDep, access: Reader
+) -> StreamingResponse:
+    """Send server-sent events `progress` until the run has ended, then one `end`."""
+    run = service.get_run(session, run_id)
+    access.require(Scope.READ, run.site_id)
+    return StreamingResponse(
+        _events(request, database, run_id),
+        media_type="text/event-stream",
+        headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"},
+    )
+
+
+async def _events(request: Request, database: Database, run_id: int) -> AsyncIterator[str]:
+    last = ""
+    while not await request.is_disconnected():
+        progress = await run_in_threadpool(_progress, database, run_id)
+        if progress is None:
+            return
+        data = json.dumps(asdict(progress))
+        if data != last:
+            yield f"event: progress\ndata: {data}\n\n"
+            last = data
+        if progress.status in service.ENDED:
+            yield f"event: end\ndata: {data}\n\n"
+            return
+        await anyio.sleep(EVENT_INTERVAL_S)
+
+
+def _progress(database: Database, run_id: int) -> service.Progress | None:
+    with database.reading() as session:
+        try:
+            run: Run = service.get_run(session, run_id)
+        except NotFound:
+            return None
+        return service.progress(session, run)

@@ -1,0 +1,85 @@
+"""Shapes of runs in REST."""
+
+from datetime import datetime
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.runs.service import Progress
+from app.tables.runs import Run, RunStatus
+
+
+class RunIn(BaseModel):
+    """What a run shall do."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        json_schema_extra={
+            "examples": [
+                {"viewport_id": 1, "detector": "yolox-nano", "preset": "paper", "parameters": {}}
+            ]
+        },
+    )
+
+    viewport_id: int
+    detector: Annotated[
+        str | None, Field(max_length=200, description="A ready model's name; else the newest one")
+    ] = None
+    preset: str = "paper"
+    parameters: dict[str, Any] = {}
+    name: Annotated[str, Field(max_length=200)] = ""
+
+
+class RunOut(BaseModel):
+    """A run and how far it is."""
+
+    id: int
+    name: str
+    site_id: int
+    viewport_id: int
+    registration_id: int
+    detector: str
+    preset: str
+    parameters: dict[str, Any]
+    code_version: str
+    status: RunStatus
+    error: str | None
+    images_total: int
+    images_done: int
+    images_failed: int
+    images_per_s: float | None
+    remaining_s: float | None
+    detections: int
+    matches: int
+    poses: int
+    created_at: datetime
+    started_at: datetime | None
+    finished_at: datetime | None
+
+    @classmethod
+    def of(cls, run: Run, progress: Progress) -> "RunOut":
+        """Put a run and its progress together."""
+        return cls(
+            id=run.id,
+            name=run.name,
+            site_id=run.site_id,
+            viewport_id=run.viewport_id,
+            registration_id=run.registration_id,
+            detector=run.model.name,
+            preset=run.preset,
+            parameters=run.parameters,
+            code_version=run.code_version,
+            status=run.status,
+            error=run.error,
+            images_total=progress.images_total,
+            images_done=progress.images_done,
+            images_failed=progress.images_failed,
+            images_per_s=progress.images_per_s,
+            remaining_s=progress.remaining_s,
+            detections=progress.detections,
+            matches=progress.matches,
+            poses=progress.poses,
+            created_at=run.created_at,
+            started_at=run.started_at,
+            finished_at=run.finished_at,
+        )

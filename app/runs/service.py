@@ -1,0 +1,155 @@
+"""Starting, watching and cancelling runs.
+
+A run freezes what it is about when it is asked for: registration, detector, settings and the list
+of images. So it can be explained later, and taken over by another worker at any image.
+"""
+
+import uuid
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app import __version__
+from app.db import now
+from app.paging import Paging
+from app.errors import Conflict, Invalid, NotFound
+from app.jobs import JobClient, JobQueue
+from app.runs import repository
+from app.runs.parameters import as_json, fusion_settings
+from app.tables.detection import Model
+from app.tables.runs import Run, RunStatus
+from app.tables.sites import Viewport
+
+RUN_JOB = "run_pipeline"
+ENDED = frozenset({RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.CANCELLED})
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a run is, with its rate and what remains; None where it cannot be told."""
+
+    status: RunStatus
+    images_done: int
+    images_total: int
+    images_failed: int
+    images_per_s: float | None
+    remaining_s: float | None
+    detections: int
+    matches: int
+    poses: int
+
+
+def start_run(
+    session: Session,
+    jobs: JobClient,
+    *,
+    viewport_id: int,
+    detector: str | None,
+    preset: str,
+    parameters: Mapping[str, Any],
+    name: str = "",
+    user_id: int | None = None,
+) -> Run:
+    """Store a run over all present images of a viewport and put its job into the queue.
+
+    Raises NotFound (viewport), Conflict (no registration, no image), Invalid (detector, preset,
+    parameters).
+    """
+    settings = fusion_settings(preset, parameters)
+    viewport = session.get(Viewport, viewport_id)
+    if viewport is None:
+        raise NotFound("there is no such viewport")
+    registration = repository.latest_registration(session, viewport_id)
+    if registration is None:
+        raise Conflict(
+            "the viewport has no camera pose yet: register it first "
+            f"(POST /api/v1/viewports/{viewport_id}/registrations with method pnp or given)"
+        )
+    model = repository.ready_model(session, detector)
+    if model is None:
+        raise Invalid.field("detector", _no_detector(detector))
+    run = Run(
+        site_id=viewport.camera.site_id,
+        viewport_id=viewport_id,
+        registration_id=registration.id,
+        model_id=model.id,
+        name=name,
+        preset=settings.preset.value,
+        parameters=as_json(settings),
+        code_version=__version__,
+        workflow_id=f"run-{uuid.uuid4()}",
+        created_by_id=user_id,
+    )
+    if repository.add(session, run) == 0:
+        raise Conflict("the viewport has no images yet: upload some first (POST /api/v1/images)")
+    jobs.enqueue(session, RUN_JOB, run.id, queue=JobQueue.RUNS, job_id=run.workflow_id)
+    return run
+
+
+def _no_detector(name: str | None) -> str:
+    fix = "add one with POST /api/v1/models or `quaymark model add`, and wait until it is ready"
+    return f"no detector is ready; {fix}" if name is None else f"{name!r} is not ready; {fix}"
+
+
+def get_run(session: Session, run_id: int) -> Run:
+    """Return a run. Raises NotFound."""
+    run = repository.get(session, run_id)
+    if run is None:
+        raise NotFound("there is no such run")
+    return run
+
+
+def list_runs(
+    session: Session, site_ids: frozenset[int] | None, viewport_id: int | None, paging: Paging
+) -> tuple[Sequence[Run], str | None]:
+    """Return a page of the runs of some sites (None: all)."""
+    return repository.listed(session, site_ids, viewport_id, paging)
+
+
+def newest_runs(
+    session: Session, site_ids: frozenset[int] | None, limit: int = 50
+) -> list[tuple[Run, Progress]]:
+    """Return the newest runs with their progress."""
+    return [(run, progress(session, run)) for run in repository.newest(session, site_ids, limit)]
+
+
+def ready_models(session: Session) -> Sequence[Model]:
+    """Return the detectors a run may use."""
+    return repository.ready_models(session)
+
+
+def image_errors(session: Session, run_id: int) -> Sequence[tuple[str, str]]:
+    """Return (file name, reason) of the first images a run could not use."""
+    return repository.image_errors(session, run_id)
+
+
+def progress(session: Session, run: Run) -> Progress:
+    """Tell how far a run is, from its rows alone."""
+    counts = repository.counts(session, run.id)
+    rate = _rate_per_s(run, counts.images_done, counts.last_done_at)
+    left = run.image_count - counts.images_done
+    return Progress(
+        status=run.status,
+        images_done=counts.images_done,
+        images_total=run.image_count,
+        images_failed=counts.images_failed,
+        images_per_s=rate,
+        remaining_s=left / rate if rate and run.status not in ENDED else None,
+        detections=counts.detections,
+        matches=counts.matches,
+        poses=counts.poses,
+    )
+
+
+def _rate_per_s(run: Run, done: int, last_done_at: datetime | None) -> float | None:
+    if run.started_at is None or last_done_at is None or not done:
+        return None
+    return done / max((last_done_at - run.started_at).total_seconds(), 1e-3)
+
+
+def mark_cancelled(session: Session, run: Run) -> None:
+    """Mark a run as cancelled; its job must have been stopped before."""
+    repository.mark_cancelled(session, run.id, now())

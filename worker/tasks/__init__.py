@@ -1,0 +1,30 @@
+"""What workers do, by the name of the job.
+
+Each task module offers a body for its jobs, what to write when a job fails, and what to write when
+a job is given up because it keeps killing its workers.
+"""
+
+from collections.abc import Callable
+
+from app.config import Settings
+from app.db import Database
+from app.jobs import JobRunner
+from app.storage import Storage
+from worker.tasks.run_pipeline import RunPipeline
+
+
+def register_tasks(
+    runner: JobRunner, database: Database, settings: Settings
+) -> Callable[[str, str], None]:
+    """Register all jobs; returns what to call with (job id, reason) when one is given up."""
+    storage = Storage(settings.storage_url)
+    tasks = (RunPipeline(runner, database, storage, settings),)
+    for task in tasks:
+        runner.register(task.job, task.do, task.fail)
+
+    def give_up(job_id: str, reason: str) -> None:
+        with database.writing() as session:
+            for task in tasks:
+                task.give_up(session, job_id, reason)
+
+    return give_up
