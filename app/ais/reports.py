@@ -1,7 +1,7 @@
 """AIS rows as the domain's reports: what fusion and tracks read, each with the id of its row."""
 
 from datetime import datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 from sqlalchemy.orm import Session
 
@@ -9,12 +9,17 @@ from app.ais import report_repository
 from app.ais.area import Area
 from app.domain.ais import FixTimeSource, PositionReport, StaticReport
 
-_Statics = dict[int, list[StaticReport]]
+
+class ReportWindow(NamedTuple):
+    """Positions, oldest first, and by MMSI all that their vessels ever said of themselves."""
+
+    positions: list[PositionReport]
+    statics: dict[int, list[StaticReport]]
 
 
 def reports_between(
     session: Session, site_id: int, start: datetime, end: datetime, area: Area | None = None
-) -> tuple[list[PositionReport], _Statics]:
+) -> ReportWindow:
     """Return what was heard around a site in a time window, for making vessel states.
 
     Args:
@@ -26,8 +31,7 @@ def reports_between(
         area: a box around the camera, such as `Area.around(lat_deg, lon_deg, radius_m)`.
 
     Returns:
-        The positions, oldest first, and by MMSI the static reports that the vessels of those
-        positions ever sent, oldest first. `report_id` is the row's id in `ais_positions`.
+        Positions and statics, both oldest first. `report_id` is the row's id in `ais_positions`.
 
     """
     readable = frozenset((site_id,))
@@ -40,7 +44,7 @@ def reports_between(
             seen.add(fix)
             fields: tuple[Any, ...] = (*row[:12], FixTimeSource(row[12]), row[13])
             positions.append(PositionReport(*fields))
-    statics: _Statics = {}
+    statics: dict[int, list[StaticReport]] = {}
     for row in report_repository.static_rows(session, readable, start, end, area):
         statics.setdefault(row[0], []).append(StaticReport(*row))
-    return positions, statics
+    return ReportWindow(positions, statics)

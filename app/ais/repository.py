@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.ais.area import Area
 from app.ais.report_repository import Readable, visible, within
-from app.dependencies import Paging, fetch_page
+from app.paging import Paging, fetch_page
 from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
 
 
