@@ -26,9 +26,17 @@ class FixTimeSource(StrEnum):
     """How the moment of a position was known; the order is that of falling trust."""
 
     PROMPT = "prompt"  # the message's UTC second, -2 to +5 s before its reception
-    LATE = "late"  # the message's UTC second, but repeated or delayed on its way to us
-    RECEIVED = "received"  # the message has no UTC second: time of reception, sigma 2 s or more
+    RECEIVED = "received"  # the message has no UTC second: time of reception
+    DOUBTFUL = "doubtful"  # its second contradicts the reception: time of reception, unsure
     STATED = "stated"  # a table's time column: whatever its maker meant by it
+
+
+_FIX_SIGMA_S = {
+    FixTimeSource.PROMPT: 0.3,
+    FixTimeSource.STATED: 0.3,
+    FixTimeSource.RECEIVED: 2.0,
+    FixTimeSource.DOUBTFUL: 5.0,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +71,8 @@ class PositionReport:
 
     @property
     def fix_sigma_s(self) -> float:
-        """Standard deviation of the fix time: a second's rounding, or 2 s without a second."""
-        return 2.0 if self.fix_time_source is FixTimeSource.RECEIVED else 0.3
+        """Standard deviation of the fix time: a second's rounding, or a guess at the delay."""
+        return _FIX_SIGMA_S[self.fix_time_source]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,14 +164,16 @@ def antenna_distances_m(
 def fix_time(received_at: datetime, utc_second: int) -> tuple[datetime, FixTimeSource]:
     """Return the moment of a fix from the second in its message (0 to 59; above: none).
 
-    The second is taken as the nearest one that lies -2 to +5 s before the reception, or else as
-    the last one before it. A repeated report can be late by more than a minute, which nobody can
-    tell from the message; `FixTimeSource.LATE` marks it.
+    The second counts if it can lie -2 to +5 s before the reception. If not, the message was
+    repeated or delayed, or the transponder's clock is wrong. In five minutes of Danish traffic
+    8 % of the reports are such, and 95 % of these come from vessels whose lag is constant to a
+    second (often 44 s: leap seconds never learnt). So the reception is the better estimate.
     """
     if utc_second > 59:
         return received_at, FixTimeSource.RECEIVED
     lag = ((received_at.second - utc_second) * 1_000_000 + received_at.microsecond) % _MINUTE
     if lag > _MINUTE + _EARLIEST_LAG:
         lag -= _MINUTE
-    source = FixTimeSource.PROMPT if lag <= _PROMPT_LAG else FixTimeSource.LATE
-    return received_at - timedelta(microseconds=lag), source
+    if lag > _PROMPT_LAG:
+        return received_at, FixTimeSource.DOUBTFUL
+    return received_at - timedelta(microseconds=lag), FixTimeSource.PROMPT
