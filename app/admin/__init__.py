@@ -1,0 +1,1 @@
+"""The feature of people, tokens and the audit log, for administrators."""

@@ -1,0 +1,119 @@
+"""SQL of people, sessions and tokens."""
+
+from collections.abc import Sequence
+from datetime import datetime
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session
+
+from app.dependencies import Paging, fetch_page
+from app.tables.identity import ApiToken, LoginSession, Membership, Role, User
+from app.tables.sites import Site
+
+
+def user_by_id(session: Session, user_id: int) -> User | None:
+    """Return a user, or None."""
+    return session.get(User, user_id)
+
+
+def user_by_email(session: Session, email: str) -> User | None:
+    """Return the user with an address, whatever its case, or None."""
+    return session.scalars(
+        sa.select(User).where(sa.func.lower(User.email) == email.lower())
+    ).one_or_none()
+
+
+def user_of_session(
+    session: Session, sha256: str, moment: datetime
+) -> tuple[User, LoginSession] | None:
+    """Return whose unexpired browser session this is, or None."""
+    row = session.execute(
+        sa.select(User, LoginSession)
+        .join(LoginSession, LoginSession.user_id == User.id)
+        .where(LoginSession.token_sha256 == sha256, LoginSession.expires_at > moment)
+    ).one_or_none()
+    return (row[0], row[1]) if row else None
+
+
+def user_of_token(session: Session, sha256: str, moment: datetime) -> tuple[User, ApiToken] | None:
+    """Return whose unexpired, unrevoked API token this is, or None."""
+    row = session.execute(
+        sa.select(User, ApiToken)
+        .join(ApiToken, ApiToken.user_id == User.id)
+        .where(
+            ApiToken.token_sha256 == sha256,
+            ApiToken.expires_at > moment,
+            ApiToken.revoked_at.is_(None),
+        )
+    ).one_or_none()
+    return (row[0], row[1]) if row else None
+
+
+def list_users(session: Session, paging: Paging) -> tuple[Sequence[User], str | None]:
+    """Return a page of all users."""
+    return fetch_page(session, sa.select(User), User.id, paging)
+
+
+def list_tokens(
+    session: Session, user_id: int | None, paging: Paging
+) -> tuple[Sequence[ApiToken], str | None]:
+    """Return a page of the tokens of one user, or of all with None."""
+    statement = sa.select(ApiToken)
+    if user_id is not None:
+        statement = statement.where(ApiToken.user_id == user_id)
+    return fetch_page(session, statement, ApiToken.id, paging)
+
+
+def token_by_id(session: Session, token_id: int) -> ApiToken | None:
+    """Return a token, or None."""
+    return session.get(ApiToken, token_id)
+
+
+def note_token_use(session: Session, token_id: int, moment: datetime) -> None:
+    """Store when a token was last used."""
+    session.execute(sa.update(ApiToken).where(ApiToken.id == token_id).values(last_used_at=moment))
+
+
+def drop_session(session: Session, session_id: int) -> None:
+    """End a browser's session."""
+    session.execute(sa.delete(LoginSession).where(LoginSession.id == session_id))
+
+
+def drop_sessions_of(session: Session, user_id: int) -> None:
+    """End all of a user's browser sessions."""
+    session.execute(sa.delete(LoginSession).where(LoginSession.user_id == user_id))
+
+
+def drop_expired_sessions(session: Session, moment: datetime) -> None:
+    """Forget the sessions that nobody can use any more."""
+    session.execute(sa.delete(LoginSession).where(LoginSession.expires_at <= moment))
+
+
+def revoke_tokens_of(session: Session, user_id: int, moment: datetime) -> None:
+    """Revoke all of a user's tokens."""
+    session.execute(
+        sa.update(ApiToken)
+        .where(ApiToken.user_id == user_id, ApiToken.revoked_at.is_(None))
+        .values(revoked_at=moment)
+    )
+
+
+def other_active_admins(session: Session, user_id: int) -> int:
+    """Count the active administrators of all sites besides a user, locking them on Postgres."""
+    rows = session.scalars(
+        sa.select(User.id)
+        .join(Membership, Membership.user_id == User.id)
+        .where(
+            User.id != user_id,
+            User.is_active,
+            Membership.role == Role.ADMIN,
+            Membership.site_id.is_(None),
+        )
+        .with_for_update()
+    ).all()
+    return len(rows)
+
+
+def existing_sites(session: Session, site_ids: set[int]) -> set[int]:
+    """Return which of the site ids exist."""
+    return set(session.scalars(sa.select(Site.id).where(Site.id.in_(site_ids))).all())

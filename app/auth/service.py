@@ -1,0 +1,188 @@
+"""Signing in and out, telling who is calling, and API tokens.
+
+A browser holds an opaque session cookie, a script an opaque bearer token; both are looked up by
+their SHA-256. A token acts for the person who made it, within its own scopes: what the person loses
+the token loses at once, because roles are read at every request.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from sqlalchemy.orm import Session
+
+from app.auth import audit, passwords, repository
+from app.auth.access import Access, Scope
+from app.auth.throttle import SignInThrottle
+from app.auth.tokens import new_token, token_sha256
+from app.db import Database, now
+from app.dependencies import Paging
+from app.errors import Forbidden, Invalid, NotFound, Unauthenticated
+from app.tables.identity import ApiToken, LoginSession, User
+
+TOKEN_USE_RESOLUTION = timedelta(hours=1)
+LONGEST_TOKEN_DAYS = 3650
+
+
+@dataclass(frozen=True, slots=True)
+class Caller:
+    """What a request's credentials came to: who it is, and whether a token's use wants noting."""
+
+    access: Access
+    token_to_note: int | None = None
+
+
+def authenticate(
+    session: Session, *, bearer: str | None, cookie: str | None, moment: datetime
+) -> Caller | None:
+    """Return who sent these credentials, or None; a bearer token goes before a cookie.
+
+    Inactive people, expired sessions and expired or revoked tokens are nobody.
+    """
+    if bearer is not None:
+        found_token = repository.user_of_token(session, token_sha256(bearer), moment)
+        if found_token is None or not found_token[0].is_active:
+            return None
+        user, token = found_token
+        stale = token.last_used_at is None or moment - token.last_used_at > TOKEN_USE_RESOLUTION
+        scopes = frozenset(Scope(scope) for scope in token.scopes)
+        return Caller(_access(user, token_scopes=scopes), token.id if stale else None)
+    if cookie is not None:
+        found = repository.user_of_session(session, token_sha256(cookie), moment)
+        if found is not None and found[0].is_active:
+            return Caller(_access(found[0], session_id=found[1].id))
+    return None
+
+
+def _access(
+    user: User,
+    *,
+    token_scopes: frozenset[Scope] | None = None,
+    session_id: int | None = None,
+) -> Access:
+    return Access(
+        user_id=user.id,
+        email=user.email,
+        name=user.name or user.email,
+        roles={membership.site_id: membership.role for membership in user.memberships},
+        token_scopes=token_scopes,
+        session_id=session_id,
+    )
+
+
+def note_token_use(session: Session, token_id: int, moment: datetime) -> None:
+    """Store that a token was used; called at most once in `TOKEN_USE_RESOLUTION`."""
+    repository.note_token_use(session, token_id, moment)
+
+
+def sign_in(
+    database: Database,
+    throttle: SignInThrottle,
+    *,
+    email: str,
+    password: str,
+    address: str,
+    hours: int,
+    replaces: Access | None,
+) -> str:
+    """Check a password and return a fresh session cookie; the browser's old session ends.
+
+    Hashing is slow on purpose, so it happens before the writing transaction begins. Raises
+    Unauthenticated with the same words for a wrong password, an unknown and an inactive person;
+    TooManyRequests after too many failures for the account or from the address.
+    """
+    with throttle.attempt(email, address) as attempt:
+        with database.reading() as session:
+            user = repository.user_by_email(session, email)
+        known = user.password_hash if user is not None and user.is_active else None
+        if not passwords.password_fits(password, known) or user is None:
+            attempt.failed()
+            raise Unauthenticated("the e-mail address or the password is wrong")
+        attempt.succeeded()
+    with database.writing() as session:
+        return _open_session(session, user, hours, replaces)
+
+
+def _open_session(session: Session, user: User, hours: int, replaces: Access | None) -> str:
+    moment = now()
+    repository.drop_expired_sessions(session, moment)
+    if replaces is not None and replaces.session_id is not None:
+        repository.drop_session(session, replaces.session_id)
+    cookie = new_token()
+    session.add(
+        LoginSession(
+            token_sha256=token_sha256(cookie),
+            user_id=user.id,
+            expires_at=moment + timedelta(hours=hours),
+        )
+    )
+    audit.record(session, _access(user), "sign-in", "user", user.id)
+    return cookie
+
+
+def sign_out(session: Session, access: Access) -> None:
+    """End the browser session in use; nothing to end for a token."""
+    if access.session_id is not None:
+        repository.drop_session(session, access.session_id)
+        audit.record(session, access, "sign-out", "user", access.user_id)
+
+
+def create_token(
+    session: Session, access: Access, *, name: str, scopes: Iterable[Scope], days: int
+) -> tuple[ApiToken, str]:
+    """Make a token for the caller and return it with its text, which is shown this once.
+
+    Raises Forbidden when it would hold a scope that the caller lacks: no token widens itself.
+    """
+    wanted = frozenset(scopes)
+    beyond = wanted - access.scopes()
+    if beyond:
+        names = ", ".join(sorted(beyond))
+        raise Forbidden(f"a token cannot hold scopes that its maker lacks: {names}")
+    token, text = issue_token(session, access.user_id, name=name, scopes=wanted, days=days)
+    audit.record(session, access, "create", "token", token.id, name=name, scopes=list(token.scopes))
+    return token, text
+
+
+def issue_token(
+    session: Session, user_id: int, *, name: str, scopes: Iterable[Scope], days: int
+) -> tuple[ApiToken, str]:
+    """Make a token for a user without asking who wants it; for the command line and `create_token`.
+
+    Raises Invalid for no scope or an absurd life.
+    """
+    wanted = sorted(set(scopes))
+    if not wanted:
+        raise Invalid.field("scopes", "name at least one")
+    if not 1 <= days <= LONGEST_TOKEN_DAYS:
+        raise Invalid.field("expires_days", f"must lie between 1 and {LONGEST_TOKEN_DAYS}")
+    text = new_token()
+    token = ApiToken(
+        token_sha256=token_sha256(text),
+        user_id=user_id,
+        name=name,
+        scopes=[scope.value for scope in wanted],
+        expires_at=now() + timedelta(days=days),
+    )
+    session.add(token)
+    session.flush()
+    return token, text
+
+
+def list_tokens(
+    session: Session, access: Access, paging: Paging, *, everybody: bool = False
+) -> tuple[Sequence[ApiToken], str | None]:
+    """Return a page of the caller's tokens, or of everybody's for an administrator."""
+    if everybody:
+        access.require(Scope.ADMIN, None)
+    return repository.list_tokens(session, None if everybody else access.user_id, paging)
+
+
+def revoke_token(session: Session, access: Access, token_id: int) -> None:
+    """Revoke a token, one's own or, for an administrator, anybody's. Raises NotFound."""
+    token = repository.token_by_id(session, token_id)
+    if token is None or (token.user_id != access.user_id and not access.is_admin):
+        raise NotFound(f"there is no token {token_id} of yours")
+    if token.revoked_at is None:
+        token.revoked_at = now()
+        audit.record(session, access, "revoke", "token", token.id, name=token.name)

@@ -1,0 +1,36 @@
+"""Edits of shared objects say which version they are based on, so that none undoes another's.
+
+A read answers with `ETag: "<version>"`; an edit sends it back in `If-Match`. Without the header the
+answer is 428, with a stale one 412.
+"""
+
+from fastapi import Request, Response
+
+from app.errors import PreconditionFailed, PreconditionRequired
+
+
+def etag(version: int) -> str:
+    """Return the entity tag of a version."""
+    return f'"{version}"'
+
+
+def set_etag(response: Response, version: int) -> None:
+    """Tell the reader which version it got."""
+    response.headers["ETag"] = etag(version)
+
+
+def check_if_match(request: Request, version: int) -> None:
+    """Compare the edit's version with the present one.
+
+    Raises PreconditionRequired when `If-Match` is missing, PreconditionFailed when it is stale.
+    """
+    header = request.headers.get("if-match")
+    if header is None:
+        raise PreconditionRequired(
+            f"send `If-Match: {etag(version)}`, the ETag of the version that was read"
+        )
+    tags = {tag.strip().removeprefix("W/") for tag in header.split(",")}
+    if etag(version) not in tags:
+        raise PreconditionFailed(
+            f"the present version is {etag(version)}; read it again, then repeat the edit"
+        )
