@@ -172,7 +172,7 @@ def fix_time(received_at: datetime, utc_second: int) -> tuple[datetime, FixTimeS
     if utc_second > 59:
         return received_at, FixTimeSource.RECEIVED
     lag = ((received_at.second - utc_second) * 1_000_000 + received_at.microsecond) % _MINUTE
-    if lag > _MINUTE + _EARLIEST_LAG:
+    if lag >= _MINUTE + _EARLIEST_LAG:
         lag -= _MINUTE
     if lag > _PROMPT_LAG:
         return received_at, FixTimeSource.DOUBTFUL
