@@ -3,7 +3,7 @@
 from alembic import context
 
 import app.tables  # noqa: F401  registers the tables
-from app.db import Base
+from app.db import Base, UtcDateTime
 
 OWN_TABLES = frozenset(Base.metadata.tables)
 
@@ -13,6 +13,13 @@ def include_name(name: str | None, kind: str, _parents: object) -> bool:
     return kind != "table" or name in OWN_TABLES or name == "alembic_version"
 
 
+def render_item(kind: str, item: object, _autogen: object) -> str | bool:
+    """Write our own column types as what they are: migrations outlive the code's names."""
+    if kind == "type" and isinstance(item, UtcDateTime):
+        return "sa.DateTime(timezone=True)"
+    return False
+
+
 connection = context.config.attributes["connection"]
 context.configure(
     connection=connection,
@@ -20,6 +27,7 @@ context.configure(
     include_name=include_name,
     render_as_batch=connection.dialect.name == "sqlite",
     compare_type=True,
+    render_item=render_item,
 )
 with context.begin_transaction():
     context.run_migrations()
