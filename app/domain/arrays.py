@@ -1,8 +1,8 @@
-"""The one array type of the domain, and how arrays enter its frozen value objects.
+"""The array types of the domain, and how arrays enter its frozen value objects.
 
 Geometry at sea spans kilometres and wants millimetres, and geocentric coordinates are millions of
-metres: everything is float64. Value objects keep private, read-only copies, so that nobody can
-change a camera behind the back of those who share it.
+metres: everything geometric is float64. Value objects keep private, read-only copies, so that
+nobody can change a camera behind the back of those who share it.
 """
 
 from typing import TypeAlias
@@ -11,6 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
+UInt8Array: TypeAlias = npt.NDArray[np.uint8]  # images (height, width, 3), BGR as OpenCV has them
+Float32Array: TypeAlias = npt.NDArray[np.float32]  # what neural networks take and give
 
 
 def frozen_array(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:

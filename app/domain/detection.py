@@ -1,6 +1,17 @@
-"""Vessel detections: axis-aligned boxes in full-image pixels with a score and a class."""
+"""Vessel detections: axis-aligned boxes in full-image pixels with a score and a class.
 
+Boxes are what YOLOX and COCO mean by them: they bound the vessel's pixels, from the left edge of
+the leftmost to the right edge of the rightmost, counted from the image's edge. The paper feeds
+these numbers to geometry as they are, and so do we: half a pixel is centimetres at 300 m.
+"""
+
+import hashlib
+import json
 from dataclasses import dataclass
+from functools import cached_property
+from math import isnan
+
+COCO_BOAT = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,4 +23,44 @@ class Detection:
     x2_px: float
     y2_px: float
     score: float
-    class_id: int = 8
+    class_id: int = COCO_BOAT
+
+
+@dataclass(frozen=True)
+class DetectionSettings:
+    """What, beside image and model, the boxes depend on.
+
+    `class_ids` are the detector's classes that count as vessels (COCO: 8 is boat). Detections are
+    stored under `sha256` and reused by every run with the same settings. Raises ValueError naming
+    the field that is out of its range.
+    """
+
+    score_threshold: float = 0.25
+    nms_iou: float = 0.45
+    class_ids: tuple[int, ...] = (COCO_BOAT,)
+
+    def __post_init__(self) -> None:
+        for name in ("score_threshold", "nms_iou"):
+            value = getattr(self, name)
+            if isnan(value) or not 0 <= value <= 1:
+                raise ValueError(f"{name} must lie between 0 and 1, got {value}")
+        if not self.class_ids or min(self.class_ids) < 0:
+            raise ValueError(f"class_ids must name classes from 0 on, got {self.class_ids}")
+
+    @cached_property
+    def canonical_json(self) -> str:
+        """The settings as one line that is the same for equal settings on every machine."""
+        return json.dumps(
+            {
+                "class_ids": sorted(set(self.class_ids)),
+                "nms_iou": float(self.nms_iou),
+                "score_threshold": float(self.score_threshold),
+            },
+            sort_keys=True,
+            separators=(",", ":"),
+        )
+
+    @cached_property
+    def sha256(self) -> str:
+        """The key of these settings: hexadecimal SHA-256 of the canonical JSON."""
+        return hashlib.sha256(self.canonical_json.encode()).hexdigest()
