@@ -6,7 +6,7 @@ from datetime import datetime
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
-from app.dependencies import Paging, fetch_page
+from app.paging import Paging, fetch_page
 from app.tables.identity import ApiToken, LoginSession, Membership, Role, User
 from app.tables.sites import Site
 

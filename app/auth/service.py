@@ -16,7 +16,7 @@ from app.auth.access import Access, Scope
 from app.auth.throttle import SignInThrottle
 from app.auth.tokens import new_token, token_sha256
 from app.db import Database, now
-from app.dependencies import Paging
+from app.paging import Paging
 from app.errors import Forbidden, Invalid, NotFound, Unauthenticated
 from app.tables.identity import ApiToken, LoginSession, User
 
