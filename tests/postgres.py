@@ -141,10 +141,12 @@ def _installed_versions() -> list[Path]:
 
 
 def _as_nobody() -> list[str]:
+    # The kernel forgets the signal of a parent's death when the user changes: two steps.
     dies_with_us = ["setpriv", "--pdeathsig", "QUIT"]
     if os.geteuid() != 0:
         return dies_with_us
-    return [*dies_with_us, "--reuid", "nobody", "--regid", "nogroup", "--clear-groups"]
+    nobody = ["setpriv", "--reuid", "nobody", "--regid", "nogroup", "--clear-groups"]
+    return [*nobody, *dies_with_us]
 
 
 def _free_port() -> int:
