@@ -1,0 +1,40 @@
+"""When a photograph was taken: as given, else by its EXIF, else by its file's name.
+
+The moment decides which vessels are looked for, so a guess is worse than a question: a photograph
+that does not tell is refused with the ways to say it.
+"""
+
+from datetime import datetime
+
+from app.errors import Invalid
+from app.sites.fields import in_zone
+from app.sites.name_pattern import from_file_name
+from app.tables.imagery import CaptureTimeSource
+
+
+def captured_at(
+    *,
+    given: datetime | None,
+    exif: datetime | None,
+    file_name: str,
+    pattern: str | None,
+    timezone: str,
+) -> tuple[datetime, CaptureTimeSource]:
+    """Return the moment in UTC and where it came from; naive moments are in `timezone`.
+
+    Raises Invalid naming captured_at when nothing tells, or when the moment is absurd.
+    """
+    if given is not None:
+        return in_zone(given, timezone, "captured_at"), CaptureTimeSource.GIVEN
+    # A camera whose clock was never set writes 1970 or 0000: as good as nothing.
+    if exif is not None and exif.year > 1990:
+        return in_zone(exif, timezone, "captured_at"), CaptureTimeSource.EXIF
+    by_name = from_file_name(file_name, pattern)
+    if by_name is not None:
+        return in_zone(by_name, timezone, "captured_at"), CaptureTimeSource.FILE_NAME
+    raise Invalid.field(
+        "captured_at",
+        "neither EXIF nor the file's name tells when the picture was taken; send captured_at "
+        "(ISO 8601, such as 2026-11-22T10:00:05Z), or give the camera a file_name_pattern such "
+        "as cam_%Y%m%d_%H%M%S",
+    )

@@ -1,0 +1,5 @@
+"""Pages of images."""
+
+from fastapi import APIRouter
+
+router = APIRouter()

@@ -1,0 +1,129 @@
+"""What bytes are before they are believed: format, size and decodability of a photograph.
+
+The header alone decides first, with only three formats tried, so that a pixel bomb or a web page
+in disguise never reaches a decoder. Then the picture is decoded once: a file that breaks off half
+way would otherwise fail in a worker, hours later.
+"""
+
+import io
+import re
+import struct
+from dataclasses import dataclass
+from datetime import datetime
+from typing import cast
+
+import simplejpeg
+from PIL import ExifTags, Image, UnidentifiedImageError
+
+from app.errors import Invalid, TooLarge, UnsupportedMedia
+
+MEDIA_TYPES = {
+    "JPEG": "image/jpeg",
+    "MPO": "image/jpeg",  # a JPEG with further pictures behind it
+    "PNG": "image/png",
+    "WEBP": "image/webp",
+}
+MAGIC = re.compile(rb"\xff\xd8\xff|\x89PNG\r\n\x1a\n|RIFF....WEBP", re.DOTALL)
+UPRIGHT = 1
+# Cheap cameras pad their files; libjpeg warns and decodes every pixel.
+HARMLESS = re.compile(r"extraneous bytes before marker")
+# Our own limit is checked on every header; Pillow's fixed one would get in its way.
+Image.MAX_IMAGE_PIXELS = None
+BROKEN = (OSError, SyntaxError, ValueError, struct.error, EOFError, IndexError, KeyError, TypeError)
+
+
+@dataclass(frozen=True, slots=True)
+class Photo:
+    """A photograph's header: media type, size in px, and the moment its EXIF tells.
+
+    `exif_taken_at` is naive where EXIF names no offset.
+    """
+
+    media_type: str
+    width_px: int
+    height_px: int
+    exif_taken_at: datetime | None
+
+
+def inspect(data: bytes, max_pixels: int) -> Photo:
+    """Read a photograph's header without decoding it.
+
+    Raises UnsupportedMedia for anything but JPEG, PNG and WebP, TooLarge for too many pixels,
+    Invalid for a broken header or a picture that EXIF says to turn.
+    """
+    try:
+        with Image.open(io.BytesIO(data), formats=("JPEG", "PNG", "WEBP")) as picture:
+            width_px, height_px = picture.size
+            media_type = MEDIA_TYPES[str(picture.format)]
+            _refuse_too_many_pixels(width_px, height_px, max_pixels)
+            orientation, taken_at = _exif(picture)
+    except MemoryError as error:
+        raise TooLarge("the picture has far too many pixels") from error
+    except BROKEN as error:
+        if isinstance(error, UnidentifiedImageError) and not MAGIC.match(data):
+            raise UnsupportedMedia("file: is neither JPEG nor PNG nor WebP") from error
+        raise Invalid.field("file", "has a broken header; export the picture again") from error
+    if orientation != UPRIGHT:
+        raise Invalid.field(
+            "file",
+            "its EXIF orientation says to turn it, so its pixel coordinates would be ambiguous; "
+            "turn the pixels or remove the tag (exiftool -Orientation= FILE), then upload again",
+        )
+    return Photo(media_type, width_px, height_px, taken_at)
+
+
+def check_decodes(data: bytes, photo: Photo) -> None:
+    """Decode the picture once, JPEG at an eighth of its size. Raises Invalid when it breaks off."""
+    try:
+        if photo.media_type == "image/jpeg":
+            _check_jpeg(data, photo)
+        else:
+            with Image.open(io.BytesIO(data), formats=("PNG", "WEBP")) as picture:
+                picture.load()
+    except BROKEN as error:
+        raise Invalid.field(
+            "file", f"is cut off or damaged ({error}); upload the whole file again"
+        ) from error
+
+
+def _check_jpeg(data: bytes, photo: Photo) -> None:
+    try:
+        simplejpeg.decode_jpeg(data, "GRAY", fastdct=True, min_width=-(-photo.width_px // 8))
+    except ValueError as error:
+        if not HARMLESS.search(str(error)):
+            raise
+
+
+def _refuse_too_many_pixels(width_px: int, height_px: int, max_pixels: int) -> None:
+    if width_px * height_px > max_pixels:
+        raise TooLarge(
+            f"the picture has {width_px} x {height_px} px; this installation takes at most "
+            f"{max_pixels:,} px (QUAYMARK_MAX_IMAGE_PIXELS)"
+        )
+
+
+def _exif(picture: Image.Image) -> tuple[int, datetime | None]:
+    """Return (orientation, moment taken); EXIF that cannot be read says nothing."""
+    try:
+        exif = picture.getexif()
+        details = exif.get_ifd(ExifTags.IFD.Exif)
+        orientation = exif.get(ExifTags.Base.Orientation, UPRIGHT)
+    except BROKEN:
+        return UPRIGHT, None
+    # Values out of the range of 1 to 8 mean nothing; viewers ignore them.
+    turned = orientation if orientation in range(2, 9) else UPRIGHT
+    return cast("int", turned), _moment(
+        details.get(ExifTags.Base.DateTimeOriginal), details.get(ExifTags.Base.OffsetTimeOriginal)
+    )
+
+
+def _moment(taken: object, offset: object) -> datetime | None:
+    try:
+        moment = datetime.strptime(str(taken).strip("\0 "), "%Y:%m:%d %H:%M:%S")  # noqa: DTZ007  EXIF may have no zone
+    except ValueError:
+        return None
+    try:
+        zone = datetime.strptime(str(offset).strip("\0 "), "%z").tzinfo
+    except ValueError:
+        return moment
+    return moment.replace(tzinfo=zone)

@@ -1,0 +1,1 @@
+"""Sites and their cameras: the places everything else hangs on."""

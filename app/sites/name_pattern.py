@@ -1,0 +1,81 @@
+"""How a camera's file names tell the time: patterns with strptime's letters, found in a name.
+
+Unlike strptime, a pattern may stand anywhere in the name, because recorders like to add counters
+and camera names around it.
+"""
+
+import re
+from datetime import UTC, datetime
+from pathlib import PurePosixPath
+
+COMMON_PATTERNS = (
+    "%Y-%m-%dT%H-%M-%S",
+    "%Y-%m-%d_%H-%M-%S",
+    "%Y-%m-%d_%H%M%S",
+    "%Y%m%dT%H%M%S",
+    "%Y%m%d_%H%M%S",
+    "%Y%m%d-%H%M%S",
+    "%Y%m%d%H%M%S",
+)
+# The letters a pattern may use: digits of fixed width, found anywhere in a name.
+LETTERS = {
+    "%Y": r"(?P<Y>\d{4})",
+    "%m": r"(?P<m>\d{2})",
+    "%d": r"(?P<d>\d{2})",
+    "%H": r"(?P<H>\d{2})",
+    "%M": r"(?P<M>\d{2})",
+    "%S": r"(?P<S>\d{2})",
+    "%f": r"(?P<f>\d{1,6})",
+    "%z": r"(?P<z>Z|[+-]\d{2}:?\d{2})",
+    "%s": r"(?P<s>\d{10})",
+}
+NEEDED = ("%Y", "%m", "%d", "%H", "%M")
+
+
+def check_pattern(pattern: str) -> str:
+    """Return the pattern. Raises ValueError for one that could never tell a moment."""
+    letters = re.findall(r"%.", pattern)
+    unknown = sorted(set(letters) - LETTERS.keys())
+    if unknown:
+        raise ValueError(f"knows {', '.join(LETTERS)}, not {', '.join(unknown)}")
+    if len(letters) != len(set(letters)):
+        raise ValueError("uses a letter twice")
+    if "%s" not in letters and not set(NEEDED) <= set(letters):
+        raise ValueError(f"needs at least {' '.join(NEEDED)}, or %s for seconds since 1970")
+    return pattern
+
+
+def from_file_name(file_name: str, pattern: str | None) -> datetime | None:
+    """Return the moment a file's name tells by the camera's pattern or a common one, or None."""
+    stem = PurePosixPath(file_name).stem
+    for candidate in (pattern, *COMMON_PATTERNS):
+        moment = _matched(stem, candidate) if candidate else None
+        if moment is not None:
+            return moment
+    return None
+
+
+def _matched(stem: str, pattern: str) -> datetime | None:
+    parts = re.split(r"(%.)", pattern)
+    expression = "".join(LETTERS.get(part, re.escape(part)) for part in parts)
+    found = re.search(rf"(?<!\d){expression}(?!\d)", stem)
+    return _moment(found.groupdict()) if found else None
+
+
+def _moment(said: dict[str, str]) -> datetime | None:
+    if "s" in said:
+        return datetime.fromtimestamp(int(said["s"]), UTC)
+    try:
+        moment = datetime(  # noqa: DTZ001  the zone follows, or is the camera's
+            int(said["Y"]),
+            int(said["m"]),
+            int(said["d"]),
+            int(said["H"]),
+            int(said["M"]),
+            int(said.get("S", "0")),
+            int(said.get("f", "0").ljust(6, "0")),
+        )
+        zone = said.get("z")
+        return moment.replace(tzinfo=datetime.strptime(zone, "%z").tzinfo) if zone else moment
+    except ValueError:
+        return None

@@ -1,0 +1,5 @@
+"""Pages of sites, cameras and viewports."""
+
+from fastapi import APIRouter
+
+router = APIRouter()
