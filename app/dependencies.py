@@ -64,6 +64,7 @@ def _session(request: Request, database: DatabaseDep) -> Iterator[Session]:
             yield session
     else:
         with database.writing() as session:
+            request.state.session = session  # for what is stored with the answer (idempotency)
             yield session
 
 
