@@ -1,0 +1,1 @@
+"""Neural networks: the only place of the project that loads a detector."""
