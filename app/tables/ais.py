@@ -68,16 +68,6 @@ class AisPosition(Base):
     __table_args__ = (
         sa.Index("ix_ais_positions_vessel_time", "mmsi", "fix_time"),
         sa.Index("ix_ais_positions_time", "fix_time"),
-        # The same fix heard twice, in one recording or in two, is one report.
-        sa.Index(
-            "uq_ais_positions_fix",
-            "mmsi",
-            "fix_time",
-            "lat_deg",
-            "lon_deg",
-            sa.text("coalesce(site_id, 0)"),
-            unique=True,
-        ),
     )
 
 

@@ -1066,12 +1066,6 @@ def upgrade() -> None:  # noqa: PLR0915  one table after the other
         ["user_id", sa.text("coalesce(site_id, 0)")],
         unique=True,
     )
-    op.create_index(
-        "uq_ais_positions_fix",
-        "ais_positions",
-        ["mmsi", "fix_time", "lat_deg", "lon_deg", sa.text("coalesce(site_id, 0)")],
-        unique=True,
-    )
 
 
 def downgrade() -> None:

@@ -1,0 +1,181 @@
+"""Writing a recording's rows: as many a second as the database takes.
+
+Both ways go past the ORM: driver tuples on SQLite, COPY into a temporary table on Postgres. A fix
+that another recording brought already is left out and counted by its absence; repeats within one
+recording are the decoder's business, which knows the payloads. Imports on Postgres take turns, so
+that of two with the same fixes the second finds those of the first; on SQLite every writer does.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import psycopg
+import sqlalchemy as sa
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.orm import Session
+
+from app.tables.ais import AisFile, Vessel
+
+Rows = Iterable[Sequence[tuple[Any, ...]]]
+
+_IMPORT_LOCK = 0x4149_5301  # "AIS": any number of ours that no other lock has
+_VESSELS_AT_ONCE = 1_000
+
+_SQLITE_POSITIONS = """
+INSERT INTO ais_positions (site_id, file_id, mmsi, fix_time, received_at, lat_deg,
+    lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min, message_type, ais_class, high_accuracy,
+    fix_time_source)
+SELECT ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15
+WHERE NOT EXISTS (
+    SELECT 1 FROM ais_positions
+    WHERE mmsi = ?3 AND fix_time = ?4 AND lat_deg = ?6 AND lon_deg = ?7
+        AND coalesce(site_id, 0) = coalesce(?1, 0) AND file_id IS NOT ?2
+)
+"""
+_SQLITE_STATICS = """
+INSERT INTO ais_statics (site_id, file_id, mmsi, received_at, name, callsign, imo, ship_type,
+    to_bow_m, to_stern_m, to_port_m, to_starboard_m, mothership_mmsi)
+VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
+"""
+_ARRIVING_POSITIONS = """
+CREATE TEMPORARY TABLE arriving_positions (
+    mmsi integer, fix_time timestamp, received_at timestamp, lat_deg double precision,
+    lon_deg double precision, sog_kn double precision, cog_deg double precision,
+    heading_deg double precision, rot_deg_min double precision, message_type integer,
+    ais_class varchar(1), high_accuracy boolean, fix_time_source varchar(16)
+) ON COMMIT DROP
+"""
+_KEEP_POSITIONS = """
+INSERT INTO ais_positions (site_id, file_id, mmsi, fix_time, received_at, lat_deg,
+    lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min, message_type, ais_class, high_accuracy,
+    fix_time_source)
+SELECT %(site_id)s::integer, %(file_id)s::integer, mmsi, fix_time AT TIME ZONE 'UTC',
+    received_at AT TIME ZONE 'UTC', lat_deg, lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min,
+    message_type, ais_class, high_accuracy, fix_time_source
+FROM arriving_positions AS arriving
+WHERE NOT EXISTS (
+    SELECT 1 FROM ais_positions AS known
+    WHERE known.mmsi = arriving.mmsi AND known.fix_time = arriving.fix_time AT TIME ZONE 'UTC'
+        AND known.lat_deg = arriving.lat_deg AND known.lon_deg = arriving.lon_deg
+        AND coalesce(known.site_id, 0) = coalesce(%(site_id)s::integer, 0)
+)
+"""
+_ARRIVING_STATICS = """
+CREATE TEMPORARY TABLE arriving_statics (
+    mmsi integer, received_at timestamp, name varchar(64), callsign varchar(16), imo integer,
+    ship_type integer, to_bow_m double precision, to_stern_m double precision,
+    to_port_m double precision, to_starboard_m double precision, mothership_mmsi integer
+) ON COMMIT DROP
+"""
+_KEEP_STATICS = """
+INSERT INTO ais_statics (site_id, file_id, mmsi, received_at, name, callsign, imo, ship_type,
+    to_bow_m, to_stern_m, to_port_m, to_starboard_m, mothership_mmsi)
+SELECT %(site_id)s::integer, %(file_id)s::integer, mmsi, received_at AT TIME ZONE 'UTC', name,
+    callsign, imo, ship_type, to_bow_m, to_stern_m, to_port_m, to_starboard_m, mothership_mmsi
+FROM arriving_statics
+"""
+_COPY_POSITIONS = "COPY arriving_positions FROM STDIN"
+_COPY_STATICS = "COPY arriving_statics FROM STDIN"
+
+
+def add_file(session: Session, values: Mapping[str, Any]) -> int | None:
+    """Add a file's row and return its id; None when the same bytes are there already.
+
+    Whoever comes second with the same bytes waits here until the first is done.
+    """
+    is_sqlite = _is_sqlite(session)
+    if not is_sqlite:
+        session.execute(sa.select(sa.func.pg_advisory_xact_lock(_IMPORT_LOCK)))
+    insert = (sqlite if is_sqlite else postgresql).insert
+    statement = insert(AisFile).values(**values).on_conflict_do_nothing().returning(AisFile.id)
+    file_id: int | None = session.scalar(statement)
+    return file_id
+
+
+def set_accounting(session: Session, file_id: int, accounting: Mapping[str, Any]) -> None:
+    """Note what became of every line, now that the known fixes are counted."""
+    session.execute(
+        sa.update(AisFile).where(AisFile.id == file_id).values(accounting=dict(accounting))
+    )
+
+
+def add_positions(session: Session, site_id: int | None, file_id: int, rows: Rows) -> int:
+    """Add positions, in the order of `spool`'s tuples; return how many were not known yet."""
+    if _is_sqlite(session):
+        return _insert_on_sqlite(session, _SQLITE_POSITIONS, (site_id, file_id), rows)
+    return _copy_on_postgres(
+        session,
+        (_ARRIVING_POSITIONS, _COPY_POSITIONS, _KEEP_POSITIONS),
+        {"site_id": site_id, "file_id": file_id},
+        rows,
+    )
+
+
+def add_statics(session: Session, site_id: int | None, file_id: int, rows: Rows) -> int:
+    """Add static reports, in the order of `spool`'s tuples; return how many."""
+    if _is_sqlite(session):
+        return _insert_on_sqlite(session, _SQLITE_STATICS, (site_id, file_id), rows)
+    return _copy_on_postgres(
+        session,
+        (_ARRIVING_STATICS, _COPY_STATICS, _KEEP_STATICS),
+        {"site_id": site_id, "file_id": file_id},
+        rows,
+    )
+
+
+def update_vessels(session: Session, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Add vessels, or bring known ones up to date: the later heard word counts, field by field."""
+    insert = (sqlite if _is_sqlite(session) else postgresql).insert
+    statement = insert(Vessel)
+    new = statement.excluded
+    is_later = new.last_seen_at >= Vessel.last_seen_at
+    changes: dict[str, Any] = {
+        column.key: sa.case(
+            (is_later, sa.func.coalesce(new[column.key], column)),
+            else_=sa.func.coalesce(column, new[column.key]),
+        )
+        for column in (
+            Vessel.name,
+            Vessel.callsign,
+            Vessel.imo,
+            Vessel.ship_type,
+            Vessel.length_m,
+            Vessel.width_m,
+        )
+    }
+    changes["last_seen_at"] = sa.case((is_later, new.last_seen_at), else_=Vessel.last_seen_at)
+    changes["first_seen_at"] = sa.case(
+        (new.first_seen_at < Vessel.first_seen_at, new.first_seen_at), else_=Vessel.first_seen_at
+    )
+    statement = statement.on_conflict_do_update(index_elements=[Vessel.mmsi], set_=changes)
+    for start in range(0, len(rows), _VESSELS_AT_ONCE):
+        session.execute(statement, [dict(row) for row in rows[start : start + _VESSELS_AT_ONCE]])
+
+
+def _is_sqlite(session: Session) -> bool:
+    return session.get_bind().dialect.name == "sqlite"
+
+
+def _insert_on_sqlite(
+    session: Session, statement: str, origin: tuple[int | None, int], rows: Rows
+) -> int:
+    connection = session.connection()
+    inserted = 0
+    for batch in rows:
+        result = connection.exec_driver_sql(statement, [origin + row for row in batch])
+        inserted += result.rowcount
+    return inserted
+
+
+def _copy_on_postgres(
+    session: Session, statements: tuple[str, str, str], origin: Mapping[str, int | None], rows: Rows
+) -> int:
+    create, copy_in, keep = statements
+    connection = session.connection()
+    connection.exec_driver_sql(create)
+    driver: psycopg.Connection[Any] = connection.connection.driver_connection  # type: ignore[assignment]  # as the engine is psycopg's
+    with driver.cursor() as cursor, cursor.copy(copy_in) as copy:
+        for batch in rows:
+            for row in batch:
+                copy.write_row(row)
+    return connection.exec_driver_sql(keep, dict(origin)).rowcount

@@ -1,0 +1,128 @@
+"""Decoded rows that wait on the disk until the database's turn comes.
+
+A writing transaction on SQLite keeps all other writers waiting, so decoding has to be over before
+it begins; and a year's recording does not fit into memory. Rows therefore wait in a temporary file
+as plain tuples, in the order of the columns below and ready for the database driver.
+"""
+
+import marshal
+from collections.abc import Iterator, Sequence
+from datetime import datetime
+from tempfile import SpooledTemporaryFile
+from typing import Any, Self
+
+from app.domain.ais import PositionReport, StaticReport
+
+Row = tuple[Any, ...]
+ROWS_IN_A_BATCH = 5_000
+_IN_MEMORY_BYTES = 16 << 20
+_LENGTH_BYTES = 4
+_LARGEST_INTEGER = 2**31 - 1
+
+
+class RowSpool:
+    """Rows of one table, written once and then read once, in batches."""
+
+    def __init__(self) -> None:
+        self._file = SpooledTemporaryFile(_IN_MEMORY_BYTES)  # noqa: SIM115  closed by close()
+        self._batch: list[Row] = []
+
+    def add(self, row: Row) -> None:
+        """Append a row."""
+        self._batch.append(row)
+        if len(self._batch) >= ROWS_IN_A_BATCH:
+            self._flush()
+
+    def batches(self) -> Iterator[Sequence[Row]]:
+        """Yield all rows in batches, from the beginning."""
+        self._flush()
+        self._file.seek(0)
+        while header := self._file.read(_LENGTH_BYTES):
+            # The bytes are our own, of this process: no foreign data comes this way.
+            yield marshal.loads(self._file.read(int.from_bytes(header)))  # noqa: S302
+
+    def close(self) -> None:
+        """Give the space back."""
+        self._file.close()
+
+    def _flush(self) -> None:
+        if self._batch:
+            data = marshal.dumps(self._batch)
+            self._file.write(len(data).to_bytes(_LENGTH_BYTES))
+            self._file.write(data)
+            self._batch = []
+
+
+class ReportSpool:
+    """The positions and the statics of one recording."""
+
+    def __init__(self) -> None:
+        self.positions = RowSpool()
+        self.statics = RowSpool()
+
+    def add(self, report: PositionReport | StaticReport) -> None:
+        """Append a report."""
+        if isinstance(report, StaticReport):
+            self.statics.add(_static_row(report))
+        else:
+            self.positions.add(_position_row(report))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.positions.close()
+        self.statics.close()
+
+
+def _position_row(report: PositionReport) -> Row:
+    """In the order of `import_repository`'s position columns."""
+    return (
+        report.mmsi,
+        _moment(report.fix_time),
+        _moment(report.received_at),
+        report.lat_deg,
+        report.lon_deg,
+        report.sog_kn,
+        report.cog_deg,
+        report.heading_deg,
+        report.rot_deg_min,
+        report.message_type,
+        report.ais_class,
+        report.high_accuracy,
+        report.fix_time_source.value,
+    )
+
+
+def _static_row(report: StaticReport) -> Row:
+    """In the order of `import_repository`'s static columns."""
+    return (
+        report.mmsi,
+        _moment(report.received_at),
+        printable(report.name, 64),
+        printable(report.callsign, 16),
+        in_range(report.imo),
+        in_range(report.ship_type),
+        report.to_bow_m,
+        report.to_stern_m,
+        report.to_port_m,
+        report.to_starboard_m,
+        report.mothership_mmsi,
+    )
+
+
+def printable(text: str | None, longest: int) -> str | None:
+    """Return what of a text a column of `longest` characters can hold; a table may say anything."""
+    if text is None:
+        return None
+    return "".join(letter for letter in text if letter.isprintable())[:longest] or None
+
+
+def in_range(value: int | None) -> int | None:
+    """Return a number that an integer column can hold, else None."""
+    return value if value is None or 0 <= value <= _LARGEST_INTEGER else None
+
+
+def _moment(moment: datetime) -> str:
+    """Write a moment in UTC the way SQLite stores it and Postgres reads it, without its zone."""
+    return moment.isoformat(sep=" ", timespec="microseconds")[:26]
