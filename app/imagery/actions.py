@@ -16,7 +16,7 @@ from app.tables.imagery import Image
 def image_for(session: Session, access: Access, scope: Scope, image_id: int) -> Image:
     """Return an image on whose site the caller holds a scope. Raises NotFound, Forbidden."""
     image = service.get_image(session, image_id)
-    sites.require(access, scope, image.site_id, service.NO_IMAGE)
+    access.require(scope, image.site_id)
     return image
 
 

@@ -1,7 +1,4 @@
-"""REST of images.
-
-An upload needs no Idempotency-Key: the same bytes on the same camera are the same image.
-"""
+"""REST of images."""
 
 from datetime import datetime
 from typing import Annotated, Any
@@ -9,6 +6,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 
 from app.auth.access import Access, Scope, allowed
+from app.auth.idempotency import IdempotentRoute
 from app.dependencies import (
     DatabaseDep,
     Page,
@@ -26,7 +24,7 @@ from app.imagery.schemas import ImageOut
 from app.imagery.service import Upload
 from app.sites.fields import in_zone
 
-router = APIRouter(tags=["images"])
+router = APIRouter(tags=["images"], route_class=IdempotentRoute)
 Reader = Annotated[Access, allowed(Scope.READ)]
 Ingester = Annotated[Access, allowed(Scope.INGEST)]
 CaptureTime = Annotated[

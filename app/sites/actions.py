@@ -8,31 +8,22 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope
 from app.auth.audit import record
-from app.errors import NotFound
 from app.sites import service
 from app.sites.schemas import CameraIn, CameraPatch, SiteIn, SitePatch
 from app.tables.sites import Camera, Site
 
 
-def require(access: Access, scope: Scope, site_id: int, missing: str) -> None:
-    """Demand a scope on a site; where it may not be read, it is `missing` like an unknown id."""
-    try:
-        access.require(scope, site_id)
-    except NotFound:
-        raise NotFound(missing) from None
-
-
 def site_for(session: Session, access: Access, scope: Scope, site_id: int) -> Site:
     """Return a site on which the caller holds a scope. Raises NotFound, Forbidden."""
     site = service.get_site(session, site_id)
-    require(access, scope, site.id, service.NO_SITE)
+    access.require(scope, site.id)
     return site
 
 
 def camera_for(session: Session, access: Access, scope: Scope, camera_id: int) -> Camera:
     """Return a camera on whose site the caller holds a scope. Raises NotFound, Forbidden."""
     camera = service.get_camera(session, camera_id)
-    require(access, scope, camera.site_id, service.NO_CAMERA)
+    access.require(scope, camera.site_id)
     return camera
 
 

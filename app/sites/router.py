@@ -5,12 +5,13 @@ from typing import Annotated
 from fastapi import APIRouter, Request, Response
 
 from app.auth.access import Access, Scope, allowed
+from app.auth.idempotency import IdempotentRoute
 from app.auth.versions import check_if_match, set_etag
 from app.dependencies import Page, PagingDep, SessionDep
 from app.sites import actions, service
 from app.sites.schemas import CameraIn, CameraOut, CameraPatch, SiteIn, SiteOut, SitePatch
 
-router = APIRouter()
+router = APIRouter(route_class=IdempotentRoute)
 Reader = Annotated[Access, allowed(Scope.READ)]
 Registrar = Annotated[Access, allowed(Scope.REGISTER)]
 Administrator = Annotated[Access, allowed(Scope.ADMIN)]

@@ -180,3 +180,8 @@ def flush_named(session: Session, taken: str) -> None:
         raise PreconditionFailed(
             "somebody else changed it meanwhile; read it again, then repeat the edit"
         ) from error
+
+
+def lock_camera(session: Session, camera_id: int) -> None:
+    """Keep others from changing what hangs on a camera until this transaction ends."""
+    repository.lock_camera(session, camera_id)

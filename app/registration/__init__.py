@@ -1,0 +1,1 @@
+"""Viewports, their keypoints, and the cameras solved from them."""

@@ -1,0 +1,5 @@
+"""Pages of keypoints and registrations."""
+
+from fastapi import APIRouter
+
+router = APIRouter()
