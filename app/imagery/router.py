@@ -16,7 +16,7 @@ from app.dependencies import (
     StorageDep,
 )
 from app.imagery import actions, service
-from app.imagery.delivery import immutable_headers, is_known, not_modified, send_stream, wanted_part
+from app.delivery import immutable_headers, is_known, not_modified, send_stream, wanted_part
 from app.imagery.names import content_disposition
 from app.imagery.preview import WIDTHS_PX, snapped_width
 from app.imagery.repository import ImageFilter
