@@ -120,7 +120,7 @@ def access_of(request: Request) -> Access | None:
 class Allowed(SecurityBase):
     """The dependency behind `allowed`: gives the caller's access, or refuses."""
 
-    scope: Scope
+    scope: Scope | None
     model: HTTPBearer = field(
         default_factory=lambda: HTTPBearer(
             description="An API token, or the session cookie that a browser gets when signing in"
@@ -137,13 +137,13 @@ class Allowed(SecurityBase):
                 "sign in, or send an API token as `Authorization: Bearer ...`",
                 headers={"WWW-Authenticate": 'Bearer realm="Quaymark"'},
             )
-        if not access.may_anywhere(self.scope):
+        if self.scope is not None and not access.may_anywhere(self.scope):
             raise Forbidden(f"this needs the scope `{self.scope.value}`")
         return access
 
 
-def allowed(scope: Scope) -> Dependency:
-    """Declare that a route is for callers who hold a scope somewhere.
+def allowed(scope: Scope | None) -> Dependency:
+    """Declare that a route is for callers who hold a scope somewhere; None: who are signed in.
 
     Written `access: Annotated[Access, allowed(Scope.READ)]`.
     """

@@ -7,7 +7,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
 from app.paging import Paging, fetch_page
-from app.tables.identity import ApiToken, LoginSession, Membership, Role, User
+from app.tables.identity import ApiToken, IdempotencyKey, LoginSession, Membership, Role, User
 from app.tables.sites import Site
 
 
@@ -79,9 +79,12 @@ def drop_session(session: Session, session_id: int) -> None:
     session.execute(sa.delete(LoginSession).where(LoginSession.id == session_id))
 
 
-def drop_sessions_of(session: Session, user_id: int) -> None:
-    """End all of a user's browser sessions."""
-    session.execute(sa.delete(LoginSession).where(LoginSession.user_id == user_id))
+def drop_sessions_of(session: Session, user_id: int, *, but: int | None = None) -> None:
+    """End all of a user's browser sessions, but one where it is named."""
+    statement = sa.delete(LoginSession).where(LoginSession.user_id == user_id)
+    if but is not None:
+        statement = statement.where(LoginSession.id != but)
+    session.execute(statement)
 
 
 def drop_expired_sessions(session: Session, moment: datetime) -> None:
@@ -117,3 +120,29 @@ def other_active_admins(session: Session, user_id: int) -> int:
 def existing_sites(session: Session, site_ids: set[int]) -> set[int]:
     """Return which of the site ids exist."""
     return set(session.scalars(sa.select(Site.id).where(Site.id.in_(site_ids))).all())
+
+
+def idempotency_key(session: Session, user_id: int, key: str) -> IdempotencyKey | None:
+    """Return what was answered to a user's request with this key, or None."""
+    return session.scalars(
+        sa.select(IdempotencyKey).where(
+            IdempotencyKey.user_id == user_id, IdempotencyKey.key == key
+        )
+    ).one_or_none()
+
+
+def drop_idempotency_keys(session: Session, *, before: datetime) -> None:
+    """Forget the answers given before a moment."""
+    session.execute(sa.delete(IdempotencyKey).where(IdempotencyKey.created_at < before))
+
+
+def site_id_named(session: Session, text: str) -> int | None:
+    """Return the id of the site with a name or, for a number, with that id; None for none."""
+    is_id = text.isascii() and text.isdigit()
+    wanted = Site.name == text
+    return session.scalars(
+        sa.select(Site.id)
+        .where(sa.or_(wanted, Site.id == int(text)) if is_id else wanted)
+        .order_by(wanted.desc())
+        .limit(1)
+    ).first()

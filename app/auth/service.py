@@ -16,8 +16,8 @@ from app.auth.access import Access, Scope
 from app.auth.throttle import SignInThrottle
 from app.auth.tokens import new_token, token_sha256
 from app.db import Database, now
-from app.paging import Paging
 from app.errors import Forbidden, Invalid, NotFound, Unauthenticated
+from app.paging import Paging
 from app.tables.identity import ApiToken, LoginSession, User
 
 TOKEN_USE_RESOLUTION = timedelta(hours=1)
