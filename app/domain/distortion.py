@@ -24,7 +24,7 @@ def distort(distortion: FloatArray, points: FloatArray) -> FloatArray:
     """
     moved = _moved(distortion, points)
     r2 = (points**2).sum(axis=1)
-    jacobian = _jacobian(distortion, points)
+    jacobian = distortion_jacobian(distortion, points)
     determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
     moved[~((r2 < one_to_one_radius(distortion) ** 2) & (determinant > 0))] = np.nan
     return moved
@@ -44,13 +44,28 @@ def undistort(distortion: FloatArray, points: FloatArray) -> FloatArray:
         if not (np.abs(miss) > _SETTLED).any():
             break
         # A singular Jacobian only arises on the rim of the range, whose points are dropped below.
-        jacobian = _jacobian(distortion, ideal)
+        jacobian = distortion_jacobian(distortion, ideal)
         jacobian[~np.isfinite(jacobian).all(axis=(1, 2))] = np.eye(2)
         ideal = ideal - (np.linalg.pinv(jacobian) @ miss[:, :, None])[:, :, 0]
     # A NaN compares false, so whatever left the range on the way is dropped here too.
     settled = (np.abs(distort(distortion, ideal) - points) < 1e-11).all(axis=1)
     ideal[~settled] = np.nan
     return ideal
+
+
+def distortion_jacobian(distortion: FloatArray, points: FloatArray) -> FloatArray:
+    """Differentiate the distorted by the ideal points (n, 2): (n, 2, 2), formula as it stands."""
+    k1, k2, p1, p2, k3 = distortion
+    x, y = points[:, 0], points[:, 1]
+    r2 = x * x + y * y
+    radial = _radial_factor(distortion, r2)
+    slope = 2 * (k1 + r2 * (2 * k2 + r2 * 3 * k3))  # d radial / dx = slope * x
+    cross = slope * x * y + 2 * (p1 * x + p2 * y)
+    jacobian: FloatArray = np.empty((len(points), 2, 2))
+    jacobian[:, 0, 0] = radial + slope * x * x + 2 * p1 * y + 6 * p2 * x
+    jacobian[:, 0, 1] = jacobian[:, 1, 0] = cross
+    jacobian[:, 1, 1] = radial + slope * y * y + 6 * p1 * y + 2 * p2 * x
+    return jacobian
 
 
 def one_to_one_radius(distortion: FloatArray) -> float:
@@ -79,21 +94,6 @@ def _moved(distortion: FloatArray, points: FloatArray) -> FloatArray:
             y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
         ]
     )
-
-
-def _jacobian(distortion: FloatArray, points: FloatArray) -> FloatArray:
-    """Differentiate the distorted by the ideal point, (n, 2, 2)."""
-    k1, k2, p1, p2, k3 = distortion
-    x, y = points[:, 0], points[:, 1]
-    r2 = x * x + y * y
-    radial = _radial_factor(distortion, r2)
-    slope = 2 * (k1 + r2 * (2 * k2 + r2 * 3 * k3))  # d radial / dx = slope * x
-    cross = slope * x * y + 2 * (p1 * x + p2 * y)
-    jacobian: FloatArray = np.empty((len(points), 2, 2))
-    jacobian[:, 0, 0] = radial + slope * x * x + 2 * p1 * y + 6 * p2 * x
-    jacobian[:, 0, 1] = jacobian[:, 1, 0] = cross
-    jacobian[:, 1, 1] = radial + slope * y * y + 6 * p1 * y + 2 * p2 * x
-    return jacobian
 
 
 def _radial_start(distortion: FloatArray, points: FloatArray) -> FloatArray:

@@ -40,7 +40,7 @@ def frame() -> EnuFrame:
 
 @pytest.fixture
 def camera() -> Camera:
-    """Give a level camera 30 m above the water, looking north: 2560 x 1920, 4000 px focal length."""
+    """Give a level camera 30 m above the water, looking north, with 4000 px focal length."""
     R = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
     K = np.array([[4000.0, 0, 1280], [0, 4000, 960], [0, 0, 1]])
     return Camera(Intrinsics(2560, 1920, K), R, np.array([0.0, 0, 30]))

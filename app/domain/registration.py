@@ -1,0 +1,326 @@
+"""Registration: from keypoints to a camera in the site's ENU frame, with its errors and doubts.
+
+Four methods share one result. `pnp` is the method; the two homographies are the paper's, for
+comparison; `given` takes extrinsics measured elsewhere and only says how well keypoints agree.
+A fit error always looks better with fewer keypoints, so the error to trust is the one of each
+keypoint against a fit without it (leave one out), beside the covariance.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from app.domain.arrays import FloatArray
+from app.domain.camera import Camera, Intrinsics
+from app.domain.consensus import Consensus, find_consensus
+from app.domain.geodesy import EnuFrame, Geodetic
+from app.domain.homography import Homography, fit_homography, principal_axes, water_axes
+from app.domain.keypoints import (
+    Keypoints,
+    RegistrationError,
+    depth_warning,
+    require_usable,
+    spread_warnings,
+)
+from app.domain.pnp import (
+    Priors,
+    condition_number,
+    parameter_covariance,
+    projection_jacobian,
+    refine,
+)
+from app.domain.rotations import matrix_from_rotvec, rotvec_from_matrix
+
+_UNSURE_CENTER_M = 5.0  # one sigma: as much as an AIS position
+
+
+class RegistrationMethod(StrEnum):
+    """How a viewport was registered."""
+
+    PNP = "pnp"
+    HOMOGRAPHY_WATER = "homography_water"
+    HOMOGRAPHY_PCA = "homography_pca"
+    GIVEN = "given"
+
+
+@dataclass(frozen=True, slots=True)
+class RegistrationSettings:
+    """Numbers of PnP, each measured on simulated cameras.
+
+    `refine_intrinsics` moves focal length and k1 from `refine_from_points` agreeing keypoints on,
+    held by `priors`.
+    """
+
+    minimum_points: int = 6
+    inlier_threshold_px: float = 8.0
+    refine_intrinsics: bool = True
+    refine_from_points: int = 10
+    priors: Priors = field(default_factory=Priors)
+    maximum_condition: float = 1e6  # of pixels by radians and metres
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """One solution. Frames: the site's ENU for `camera`, `homography` and `covariance`.
+
+    `residuals_px` (n, 2) are projected minus observed pixels of all keypoints in their order,
+    `leave_one_out_distances_px` (n,) the distance of each keypoint from a fit without it; both are
+    NaN where there is no projection. `inliers` (n,) are the keypoints that the fit used.
+    `parameter_covariance` is (6, 6), or (8, 8) with refined intrinsics: see `covariance`.
+    """
+
+    method: RegistrationMethod
+    frame: EnuFrame
+    intrinsics: Intrinsics
+    residuals_px: FloatArray
+    leave_one_out_distances_px: FloatArray
+    inliers: npt.NDArray[np.bool_]
+    warnings: list[str]
+    camera: Camera | None = None
+    homography: Homography | None = None
+    parameter_covariance: FloatArray | None = None
+
+    @property
+    def covariance(self) -> FloatArray | None:
+        """Covariance (6, 6) of the pose (PnP only).
+
+        In this order: small rotations about the camera's x, y and z axes (rad), then the camera's
+        centre east, north and up (m).
+        """
+        found = self.parameter_covariance
+        return None if found is None else found[:6, :6]
+
+    @property
+    def rotvec_cam_from_enu(self) -> FloatArray | None:
+        """Rodrigues vector (3,) of the rotation from the site's ENU frame to the camera's."""
+        return None if self.camera is None else rotvec_from_matrix(self.camera.R_cam_from_world)
+
+    @property
+    def center(self) -> Geodetic | None:
+        """The camera's centre as a WGS84 place."""
+        if self.camera is None:
+            return None
+        return self.frame.geodetic(self.camera.center_in_world)
+
+    @property
+    def distances_px(self) -> FloatArray:
+        """Reprojection errors (n,), NaN where there is no projection."""
+        return np.asarray(np.linalg.norm(self.residuals_px, axis=1), dtype=np.float64)
+
+    @property
+    def mae_px(self) -> float | None:
+        """Mean reprojection error of all keypoints, outliers too; None without any."""
+        return _mean(self.distances_px)
+
+    @property
+    def mae_inliers_px(self) -> float | None:
+        """Mean reprojection error of the keypoints that the fit used."""
+        return _mean(self.distances_px[self.inliers])
+
+    @property
+    def mae_pct_width(self) -> float | None:
+        """Mean reprojection error in per cent of the image's width."""
+        return None if self.mae_px is None else 100 * self.mae_px / self.intrinsics.width_px
+
+    @property
+    def mae_pct_height(self) -> float | None:
+        """Mean reprojection error in per cent of the image's height."""
+        return None if self.mae_px is None else 100 * self.mae_px / self.intrinsics.height_px
+
+    @property
+    def leave_one_out_px(self) -> float | None:
+        """Mean distance of all keypoints from the fits without them."""
+        return _mean(self.leave_one_out_distances_px)
+
+
+def register_pnp(
+    frame: EnuFrame,
+    intrinsics: Intrinsics,
+    keypoints: Keypoints,
+    settings: RegistrationSettings | None = None,
+) -> Registration:
+    """Solve for the camera by PnP (paper, Perspective-n-Point) from keypoints in `frame`.
+
+    Raises RegistrationError, with the reason and the fix, for too few or collinear keypoints, for
+    keypoints that do not agree on any camera, and for those that leave it undetermined.
+    """
+    settings = settings or RegistrationSettings()
+    require_usable(keypoints, settings.minimum_points)
+    found = find_consensus(
+        intrinsics,
+        keypoints,
+        threshold_px=settings.inlier_threshold_px,
+        minimum=settings.minimum_points,
+        refine_from=settings.refine_from_points if settings.refine_intrinsics else None,
+        priors=settings.priors,
+    )
+    used = keypoints[found.inliers]
+    require_usable(used, settings.minimum_points)
+    if condition_number(found.camera, used) > settings.maximum_condition:
+        raise RegistrationError(
+            "the keypoints leave the camera's place undetermined (they lie almost on a line); "
+            "mark landmarks at other distances, heights and directions"
+        )
+    covariance = parameter_covariance(found.camera, used, settings.priors, found.refined_from)
+    return Registration(
+        method=RegistrationMethod.PNP,
+        frame=frame,
+        intrinsics=found.camera.intrinsics,
+        residuals_px=found.camera.project(keypoints.points_in_world) - keypoints.pixels_px,
+        leave_one_out_distances_px=_leave_one_out_pnp(found, keypoints, settings.priors),
+        inliers=found.inliers,
+        warnings=_pnp_warnings(found, keypoints, covariance),
+        camera=found.camera,
+        parameter_covariance=covariance,
+    )
+
+
+def register_homography(
+    frame: EnuFrame, intrinsics: Intrinsics, keypoints: Keypoints, method: RegistrationMethod
+) -> Registration:
+    """Fit one of the paper's two homographies; all keypoints count, none is an outlier.
+
+    Raises RegistrationError for too few or collinear keypoints.
+    """
+    require_usable(keypoints, RegistrationSettings().minimum_points)
+
+    def fit(chosen: Keypoints) -> Homography | None:
+        if method is RegistrationMethod.HOMOGRAPHY_WATER:
+            return fit_homography(water_axes(), chosen)
+        return fit_homography(principal_axes(chosen.points_in_world), chosen)
+
+    homography = fit(keypoints)
+    if homography is None:
+        raise RegistrationError(
+            "the keypoints lie on one line in the interim plane: mark landmarks beside it"
+        )
+
+    def without(index: int) -> Callable[[FloatArray], FloatArray] | None:
+        refitted = fit(keypoints.without(index))
+        return None if refitted is None else refitted.project
+
+    return Registration(
+        method=method,
+        frame=frame,
+        intrinsics=intrinsics,
+        residuals_px=homography.project(keypoints.points_in_world) - keypoints.pixels_px,
+        leave_one_out_distances_px=_leave_one_out(keypoints, without),
+        inliers=np.ones(len(keypoints), dtype=np.bool_),
+        warnings=spread_warnings(keypoints, intrinsics),
+        homography=homography,
+    )
+
+
+def register_given(
+    frame: EnuFrame,
+    intrinsics: Intrinsics,
+    rotvec_cam_from_enu: npt.ArrayLike,
+    center: Geodetic,
+    keypoints: Keypoints | None = None,
+) -> Registration:
+    """Take extrinsics as given: a Rodrigues vector (3,) in the site's ENU and a WGS84 centre.
+
+    Keypoints, where there are any, are only compared. Nothing is fitted to them, so leaving one
+    out changes nothing. Raises ValueError naming what is no rotation or no place.
+    """
+    camera = Camera(
+        intrinsics,
+        matrix_from_rotvec(rotvec_cam_from_enu),
+        frame.position(center.lat_deg, center.lon_deg, center.height_m),
+    )
+    if keypoints is None:
+        keypoints = Keypoints(np.empty((0, 3)), np.empty((0, 2)))
+    registration = Registration(
+        method=RegistrationMethod.GIVEN,
+        frame=frame,
+        intrinsics=intrinsics,
+        residuals_px=camera.project(keypoints.points_in_world) - keypoints.pixels_px,
+        leave_one_out_distances_px=np.empty(len(keypoints)),
+        inliers=np.ones(len(keypoints), dtype=np.bool_),
+        warnings=[],
+        camera=camera,
+    )
+    hidden = int(np.isnan(registration.distances_px).sum())
+    warnings = [f"{hidden} keypoints lie behind the given camera or beside its lens."]
+    return replace(
+        registration,
+        leave_one_out_distances_px=registration.distances_px,
+        warnings=warnings if hidden else [],
+    )
+
+
+def water_point_sigma_px(registration: Registration, range_m: float, water_level_m: float) -> float:
+    """Uncertainty in pixels of a water point straight ahead of the camera at `range_m`.
+
+    One sigma along the worst direction in the image, from the covariance; `water_level_m` is the
+    height of the water in the site's frame. Raises ValueError unless the method is PnP.
+    """
+    camera, covariance = registration.camera, registration.parameter_covariance
+    if camera is None or covariance is None:
+        raise ValueError("only a PnP registration knows its uncertainty")
+    ahead = camera.R_cam_from_world[2, :2]
+    point = camera.center_in_world.copy()
+    point[:2] += range_m * ahead / np.linalg.norm(ahead)
+    point[2] = water_level_m
+    J = projection_jacobian(camera, point[None])[0, :, : len(covariance)]
+    return float(np.sqrt(np.linalg.eigvalsh(J @ covariance @ J.T).max()))
+
+
+def _leave_one_out_pnp(found: Consensus, keypoints: Keypoints, priors: Priors) -> FloatArray:
+    """Refit without each inlier; an outlier was left out already."""
+
+    def without(index: int) -> Callable[[FloatArray], FloatArray]:
+        if not found.inliers[index]:
+            return found.camera.project
+        chosen = found.inliers.copy()
+        chosen[index] = False
+        return refine(found.camera, keypoints[chosen], priors, found.refined_from).project
+
+    return _leave_one_out(keypoints, without)
+
+
+def _leave_one_out(
+    keypoints: Keypoints, without: Callable[[int], Callable[[FloatArray], FloatArray] | None]
+) -> FloatArray:
+    """Distance of each keypoint (n,) from its projection by the fit `without` it."""
+    distances: FloatArray = np.full(len(keypoints), np.nan)
+    for index, (point, pixel) in enumerate(
+        zip(keypoints.points_in_world, keypoints.pixels_px, strict=True)
+    ):
+        project = without(index)
+        if project is not None:
+            distances[index] = np.linalg.norm(project(point[None])[0] - pixel)
+    return distances
+
+
+def _pnp_warnings(found: Consensus, keypoints: Keypoints, covariance: FloatArray) -> list[str]:
+    warnings = spread_warnings(keypoints[found.inliers], found.camera.intrinsics)
+    depths = found.camera.to_cam(keypoints[found.inliers].points_in_world)[:, 2]
+    warnings.extend(filter(None, [depth_warning(depths)]))
+    outliers = np.flatnonzero(~found.inliers)
+    if outliers.size:
+        numbers = ", ".join(str(index + 1) for index in outliers)
+        warnings.append(
+            f"{outliers.size} of {len(keypoints)} keypoints do not agree with the others and were "
+            f"not used (number {numbers}): check their landmarks and pixels."
+        )
+    if found.widened:
+        warnings.append(
+            f"The keypoints agree only within {found.threshold_px:.0f} px: check the focal length, "
+            "the distortion and the landmarks' coordinates."
+        )
+    sigma_m = float(np.sqrt(np.linalg.eigvalsh(covariance[3:6, 3:6]).max()))
+    if sigma_m > _UNSURE_CENTER_M:
+        warnings.append(
+            f"The camera's place is uncertain by {sigma_m:.0f} m: add landmarks that are near or "
+            "spread more."
+        )
+    return warnings
+
+
+def _mean(values: FloatArray) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else None
