@@ -15,7 +15,10 @@ export default defineConfig(
       curly: "error",
       "prefer-const": "error",
       "@typescript-eslint/explicit-function-return-type": ["error", { allowExpressions: true }],
-      "@typescript-eslint/switch-exhaustiveness-check": "error",
+      "@typescript-eslint/switch-exhaustiveness-check": [
+        "error",
+        { considerDefaultExhaustiveForUnions: true },
+      ],
       // Numbers in a template string are how SVG paths are drawn.
       "@typescript-eslint/restrict-template-expressions": ["error", { allowNumber: true }],
     },

@@ -5,7 +5,7 @@
  */
 import { defineConfig } from "vitest/config";
 
-const ISLANDS = ["theme", "main", "run", "upload"];
+const ISLANDS = ["theme", "main", "review", "run", "upload"];
 
 export default defineConfig({
   base: "./",

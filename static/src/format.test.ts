@@ -14,7 +14,7 @@ describe("numbers", () => {
 
   it("shows a dash for what is unknown", () => {
     expect([number(null), number(Number.NaN), quantity(undefined, "m")]).toEqual(["–", "–", "–"]);
-    expect(quantity(19, "m", 1)).toBe("19.0 m");
+    expect(quantity(19, "m", 1)).toBe("19.0\u00a0m");
   });
 });
 
@@ -33,7 +33,7 @@ describe("durations", () => {
 
 describe("places and moments", () => {
   it("names hemispheres instead of signs", () => {
-    expect(position(-53.539719, 9.98)).toBe("53.53972° S, 9.98000° E");
+    expect(position(-53.539719, 9.98)).toBe("53.53972°\u00a0S, 9.98000°\u00a0E");
   });
 
   it("wraps headings into one turn, also by rounding", () => {
@@ -46,7 +46,7 @@ describe("places and moments", () => {
   });
 
   it("writes moments in UTC whatever zone they came in", () => {
-    expect(utc("2026-11-22T12:00:05+02:00")).toBe("2026-11-22 10:00:05 UTC");
+    expect(utc("2026-11-22T12:00:05+02:00")).toBe("2026-11-22 10:00:05\u00a0UTC");
     expect(utc("yesterday")).toBe("–");
   });
 });

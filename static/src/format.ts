@@ -2,6 +2,8 @@
 
 const DASH = "–";
 const THIN_SPACE = "\u202f";
+/** Between a number and its unit: they stay on one line. */
+const FIXED_SPACE = "\u00a0";
 
 function isUnknown(value: number | null | undefined): value is null | undefined {
   return value === null || value === undefined || !Number.isFinite(value);
@@ -20,7 +22,7 @@ export function number(value: number | null | undefined, digits = 0): string {
 
 /** A number with its unit. */
 export function quantity(value: number | null | undefined, unit: string, digits = 0): string {
-  return isUnknown(value) ? DASH : `${number(value, digits)} ${unit}`;
+  return isUnknown(value) ? DASH : `${number(value, digits)}${FIXED_SPACE}${unit}`;
 }
 
 /** How long: seconds, then minutes and seconds, then hours and minutes. */
@@ -42,7 +44,7 @@ export function duration(seconds: number | null | undefined): string {
 /** A position in decimal degrees with its hemispheres; five decimals are about a metre. */
 export function position(latDeg: number, lonDeg: number): string {
   const part = (value: number, positive: string, negative: string): string =>
-    `${Math.abs(value).toFixed(5)}° ${value < 0 ? negative : positive}`;
+    `${Math.abs(value).toFixed(5)}°${FIXED_SPACE}${value < 0 ? negative : positive}`;
   return `${part(latDeg, "N", "S")}, ${part(lonDeg, "E", "W")}`;
 }
 
@@ -60,5 +62,5 @@ export function utc(iso: string): string {
   const moment = new Date(iso);
   return Number.isNaN(moment.getTime())
     ? DASH
-    : `${moment.toISOString().slice(0, 19).replace("T", " ")} UTC`;
+    : `${moment.toISOString().slice(0, 19).replace("T", " ")}${FIXED_SPACE}UTC`;
 }

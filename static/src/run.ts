@@ -1,6 +1,7 @@
 /** The run page's island: keeps every [data-run] up to date and lets its cancel button work. */
 import { call, explain } from "./api";
 import { showFlash } from "./page/flashes";
+import { randomKey } from "./random-key";
 import { counted, hasEnded, pace, type RunProgress } from "./run/progress";
 import { RunWatch } from "./run/watch";
 
@@ -57,7 +58,7 @@ function write(element: HTMLElement, selector: string, text: string): void {
 async function cancelRun(url: string, button: HTMLButtonElement): Promise<void> {
   button.disabled = true;
   try {
-    await call(`${url}/cancel`, { method: "POST", idempotencyKey: crypto.randomUUID() });
+    await call(`${url}/cancel`, { method: "POST", idempotencyKey: randomKey() });
   } catch (error) {
     button.disabled = false;
     showFlash(`The run was not cancelled. ${explain(error)}`, "error");

@@ -1,5 +1,6 @@
 /** One photograph to the server, with the share sent so far: fetch cannot tell it, XHR can. */
 import { Unreachable, problemFrom } from "../api";
+import { randomKey } from "../random-key";
 
 /** Resolves to whether the image was new (201) or known already (200). */
 export function sendFile(
@@ -11,7 +12,7 @@ export function sendFile(
     const request = new XMLHttpRequest();
     request.open("POST", url);
     request.setRequestHeader("Accept", "application/json");
-    request.setRequestHeader("Idempotency-Key", crypto.randomUUID());
+    request.setRequestHeader("Idempotency-Key", randomKey());
     request.upload.addEventListener("progress", (event) => {
       if (event.lengthComputable && event.total > 0) {
         onShare(event.loaded / event.total);

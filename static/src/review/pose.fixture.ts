@@ -1,0 +1,53 @@
+/** Poses for tests: complete and plausible, varied by what a test cares about. */
+import type { Grade, Pose } from "./pose";
+
+interface Varied {
+  readonly id: number;
+  readonly imageId: number;
+  readonly grade?: Grade | null;
+  readonly detection?: Pose["detection"];
+  readonly corners?: Pose["corners_in_image_px"];
+}
+
+const SEGMENT = [
+  [1190, 930],
+  [1240, 940],
+  [1490, 920],
+  [1440, 910],
+] as const;
+
+export function aPose({ id, imageId, grade = null, detection, corners }: Varied): Pose {
+  return {
+    id,
+    run_id: 1,
+    image: {
+      id: imageId,
+      file_url: `/api/v1/images/${imageId}/file?v=abc`,
+      preview_url: `/api/v1/images/${imageId}/preview?width=1280&v=abc`,
+      width_px: 2560,
+      height_px: 1920,
+      captured_at: "2026-11-22T10:00:05Z",
+      file_name: "quay.jpg",
+    },
+    vessel: { mmsi: 211111111, name: null, ship_type: 52 },
+    detection: detection ?? { x1_px: 1178, y1_px: 808, x2_px: 1507, y2_px: 955, score: 0.9 },
+    cost: 0.12,
+    cost_terms: { center_x: 0.05, bottom: 0.03, width: 0.04 },
+    position: { lat_deg: 53.53972, lon_deg: 9.980115, height_m: 45.2 },
+    heading_deg: 112,
+    heading_source: "reported",
+    centroid_in_cam_m: [8.4, -2.9, 357.6],
+    length_m: 19,
+    width_m: 7,
+    height_m: 7.6,
+    corners_in_image_px: corners ?? [
+      ...SEGMENT,
+      ...SEGMENT.map(([u, v]) => [u, v - 120] as const),
+    ],
+    segments_px: { reported: SEGMENT, dead_reckoned: SEGMENT, corrected: SEGMENT },
+    correction_in_enu_m: [1.2, -0.4, 0],
+    report_age_s: 1.5,
+    flags: [],
+    review: grade === null ? null : { grade, user: "ada@example.org" },
+  };
+}

@@ -1,0 +1,37 @@
+/** Says in one line whether every grade has reached the server. */
+import type { OutboxState } from "./outbox";
+
+export function syncText(state: OutboxState, waiting: number): string {
+  const kept = waiting === 1 ? "1 grade is kept here" : `${waiting} grades are kept here`;
+  switch (state) {
+    case "idle":
+      return "All grades saved";
+    case "sending":
+      return waiting > 3 ? `Saving ${waiting} grades` : "Saving";
+    case "offline":
+      return `No connection: ${kept} and sent again`;
+    case "signed-out":
+      return `Signed out: ${kept} until you sign in again`;
+  }
+}
+
+export class SyncStatus {
+  private readonly text: Element | null;
+  private readonly signIn: HTMLElement | null;
+
+  constructor(private readonly element: HTMLElement) {
+    this.text = element.querySelector("[data-sync-text]");
+    this.signIn = element.querySelector<HTMLElement>("[data-sync-sign-in]");
+  }
+
+  show(state: OutboxState, waiting: number): void {
+    this.element.dataset["state"] = state;
+    const text = syncText(state, waiting);
+    if (this.text !== null && this.text.textContent !== text) {
+      this.text.textContent = text;
+    }
+    if (this.signIn !== null) {
+      this.signIn.hidden = state !== "signed-out";
+    }
+  }
+}
