@@ -19,13 +19,14 @@ from app.domain.detection import Detection
 from app.domain.fusion import FusedPose, FusionSettings, Preset, fuse
 from app.domain.geodesy import EcefFrame
 from app.domain.vessel_state import VesselState
+from app.errors import Invalid
 
 PUBLISHED_WATER_LEVEL_M = 0.0
 _SPEED_NOT_AVAILABLE_KN = 102.3  # ITU-R M.1371, speed over ground 1023
 _HEADINGS_END_DEG = 360.0  # 511 means "not available"
 
 
-class FuseFilesError(ValueError):
+class FuseFilesError(Invalid):
     """An input that cannot be used: one line naming the file, the field and the fix."""
 
 

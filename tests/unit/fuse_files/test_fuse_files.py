@@ -133,7 +133,7 @@ def test_a_broken_label_is_refused_in_one_line(
     path = write("label.json", label | change)
     with pytest.raises(FuseFilesError) as caught:
         fuse_files(camera_path, path)
-    message = str(caught.value)
+    message = caught.value.detail  # what the command line prints
     assert message.startswith(f"{path}: {field}: ")
     assert "\n" not in message
 
