@@ -123,4 +123,5 @@ class Presence:
             .returning(Takeover.attempts)
         )
         with self._database.writing() as session:
-            return session.scalar(statement)
+            attempts: int | None = session.scalar(statement)
+            return attempts

@@ -145,7 +145,7 @@ def _store_boxes(
         "model_sha256": model_sha256,
         "settings_sha256": settings_sha256,
     }
-    set_id = session.scalar(
+    set_id: int | None = session.scalar(
         insert(DetectionSet)
         .values(**key, created_at=now())
         .on_conflict_do_nothing()
@@ -174,9 +174,7 @@ def _detection_ids(session: Session, set_id: int | None) -> Sequence[int]:
     if set_id is None:
         return ()
     return session.scalars(
-        sa.select(Detection.id)
-        .where(Detection.detection_set_id == set_id)
-        .order_by(Detection.id)
+        sa.select(Detection.id).where(Detection.detection_set_id == set_id).order_by(Detection.id)
     ).all()
 
 

@@ -1,5 +1,153 @@
-"""Pages of runs."""
+"""Pages of runs: start one, see them all, watch one."""
 
-from fastapi import APIRouter
+import json
+from typing import Annotated
+
+from fastapi import APIRouter, Form, Request, Response
+from fastapi.responses import RedirectResponse
+
+from app.auth.access import Access, Scope, allowed
+from app.auth.audit import record
+from app.dependencies import JobsDep, SessionDep
+from app.domain.fusion_settings import Preset
+from app.errors import AppError
+from app.reviews import service as reviews
+from app.runs import service
+from app.sites import service as sites
+from app.templating import page
 
 router = APIRouter()
+
+Reader = Annotated[Access, allowed(Scope.READ)]
+Operator = Annotated[Access, allowed(Scope.INGEST)]
+
+
+@router.get("/runs")
+def list_runs(request: Request, session: SessionDep, access: Reader) -> Response:
+    """List the newest runs."""
+    runs = service.newest_runs(session, access.site_ids(Scope.READ))
+    return page(
+        request,
+        "runs/list.html",
+        crumbs=[{"label": "Runs"}],
+        runs=[(run, progress, reviews.verdicts(session, run.id)) for run, progress in runs],
+        may_start=access.may_anywhere(Scope.INGEST),
+    )
+
+
+@router.get("/runs/new")
+def new_run(
+    request: Request, session: SessionDep, access: Operator, viewport_id: int | None = None
+) -> Response:
+    """Show the form that starts a run."""
+    return _form(request, session, access, viewport_id=viewport_id)
+
+
+@router.post("/runs")
+def start_run(
+    request: Request,
+    session: SessionDep,
+    jobs: JobsDep,
+    access: Operator,
+    viewport_id: Annotated[int, Form()],
+    detector: Annotated[str, Form()],
+    preset: Annotated[str, Form()] = Preset.PAPER.value,
+    name: Annotated[str, Form(max_length=200)] = "",
+    score_threshold: Annotated[str, Form()] = "",
+    maximum_cost: Annotated[str, Form()] = "",
+) -> Response:
+    """Start a run and show it."""
+    access.require(Scope.INGEST, sites.site_id_of_viewport(session, viewport_id))
+    entered = {"score_threshold": score_threshold, "maximum_cost": maximum_cost}
+    try:
+        run = service.start_run(
+            session,
+            jobs,
+            viewport_id=viewport_id,
+            detector=detector,
+            preset=preset,
+            parameters={key: _value(text) for key, text in entered.items() if text.strip()},
+            name=name.strip(),
+            user_id=access.user_id,
+        )
+    except AppError as error:
+        session.rollback()
+        return _form(
+            request,
+            session,
+            access,
+            viewport_id=viewport_id,
+            detector=detector,
+            name=name,
+            entered=entered,
+            error=error,
+        )
+    record(session, access, "start", "run", run.id, site_id=run.site_id)
+    return RedirectResponse(f"/runs/{run.id}", status_code=303)
+
+
+def _value(text: str) -> object:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        return text
+
+
+def _form(
+    request: Request,
+    session: SessionDep,
+    access: Access,
+    *,
+    viewport_id: int | None,
+    detector: str = "",
+    name: str = "",
+    entered: dict[str, str] | None = None,
+    error: AppError | None = None,
+) -> Response:
+    wrong = error.fields if error else ()
+    errors = {field.field.removeprefix("parameters."): field.message for field in wrong}
+    return page(
+        request,
+        "runs/new.html",
+        status_code=error.status if error else 200,
+        crumbs=[{"label": "Runs", "href": "/runs"}, {"label": "New run"}],
+        viewports=service.runnable_viewports(session, access.site_ids(Scope.INGEST)),
+        models=service.ready_models(session),
+        viewport_id=viewport_id,
+        detector=detector,
+        name=name,
+        entered=entered or {},
+        errors=errors,
+        message=error.detail if error and not errors else "",
+    )
+
+
+@router.get("/runs/{run_id}")
+def show_run(request: Request, run_id: int, session: SessionDep, access: Reader) -> Response:
+    """Show a run: how far it is, what it is made of, how its poses were judged."""
+    run = service.get_run(session, run_id)
+    access.require(Scope.READ, run.site_id)
+    progress = service.progress(session, run)
+    return page(
+        request,
+        "runs/run.html",
+        crumbs=[{"label": "Runs", "href": "/runs"}, {"label": service.label(run)}],
+        run=run,
+        label=service.label(run),
+        site=sites.get_site(session, run.site_id),
+        progress=progress,
+        watched={
+            "id": run.id,
+            "status": run.status.value,
+            "images_done": progress.images_done,
+            "images_total": progress.images_total,
+            "detections": progress.detections,
+            "poses": progress.poses,
+        },
+        verdicts=reviews.verdicts(session, run.id),
+        outcomes=service.outcomes(session, run.id),
+        image_errors=service.image_errors(session, run.id),
+        may_cancel=access.may(Scope.INGEST, run.site_id),
+        may_review=access.may(Scope.REVIEW, run.site_id),
+        may_export=access.may(Scope.EXPORT, run.site_id),
+    )

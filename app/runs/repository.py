@@ -1,6 +1,6 @@
 """SQL of runs: what is asked of them and how far they are."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -11,8 +11,8 @@ from app.paging import Paging, fetch_page
 from app.tables.detection import Detection, Model, ModelStatus
 from app.tables.imagery import Image
 from app.tables.registration import Registration, RegistrationMethod
-from app.tables.runs import Match, Pose, Run, RunImage, RunStatus
-from app.tables.sites import Viewport
+from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
+from app.tables.sites import Camera, Site, Viewport
 
 POSE_METHODS = (RegistrationMethod.PNP, RegistrationMethod.GIVEN)
 
@@ -93,6 +93,37 @@ def ready_models(session: Session) -> Sequence[Model]:
     ).all()
 
 
+def runnable_viewports(
+    session: Session, site_ids: Iterable[int] | None
+) -> Sequence[tuple[int, str, str, str, int]]:
+    """Return (id, site, camera, viewport, image count) of viewports with a pose and images."""
+    registered = sa.exists().where(
+        Registration.viewport_id == Viewport.id, Registration.method.in_(POSE_METHODS)
+    )
+    statement = (
+        sa.select(Viewport.id, Site.name, Camera.name, Viewport.name, sa.func.count(Image.id))
+        .join(Camera, Camera.id == Viewport.camera_id)
+        .join(Site, Site.id == Camera.site_id)
+        .join(Image, Image.viewport_id == Viewport.id)
+        .where(registered, Image.deleted_at.is_(None))
+        .group_by(Viewport.id, Site.name, Camera.name, Viewport.name)
+        .order_by(Site.name, Camera.name, Viewport.name)
+    )
+    if site_ids is not None:
+        statement = statement.where(Site.id.in_(site_ids))
+    return [(row[0], row[1], row[2], row[3], row[4]) for row in session.execute(statement)]
+
+
+def outcome_counts(session: Session, run_id: int) -> Mapping[str, int]:
+    """Count a run's vessel states by what became of them."""
+    rows = session.execute(
+        sa.select(VesselStateRow.outcome, sa.func.count())
+        .where(VesselStateRow.run_id == run_id)
+        .group_by(VesselStateRow.outcome)
+    )
+    return {row[0]: row[1] for row in rows}
+
+
 def add(session: Session, run: Run) -> int:
     """Store a run with one row for each present image of its viewport; returns their count."""
     session.add(run)
@@ -122,7 +153,7 @@ def counts(session: Session, run_id: int) -> Counts:
         ).where(RunImage.run_id == run_id)
     ).one()
 
-    def count(statement: sa.Select[tuple[int]]) -> int:
+    def count(statement: sa.Select[int]) -> int:
         return session.scalar(statement) or 0
 
     return Counts(
@@ -148,7 +179,7 @@ def image_errors(session: Session, run_id: int, limit: int = 20) -> Sequence[tup
         .order_by(RunImage.position)
         .limit(limit)
     )
-    return [(name, reason) for name, reason in rows]
+    return [(name, reason or "") for name, reason in rows]
 
 
 def mark_cancelled(session: Session, run_id: int, at: datetime) -> None:

@@ -12,6 +12,7 @@ from fastapi.responses import StreamingResponse
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
+from app.auth.idempotency import IdempotentRoute
 from app.db import Database
 from app.dependencies import DatabaseDep, JobsDep, Page, PagingDep, SessionDep
 from app.errors import NotFound
@@ -20,7 +21,7 @@ from app.runs.schemas import RunIn, RunOut
 from app.sites import service as sites
 from app.tables.runs import Run
 
-router = APIRouter(tags=["runs"])
+router = APIRouter(tags=["runs"], route_class=IdempotentRoute)
 EVENT_INTERVAL_S = 0.5
 
 Reader = Annotated[Access, allowed(Scope.READ)]

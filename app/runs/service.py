@@ -14,12 +14,11 @@ from sqlalchemy.orm import Session
 
 from app import __version__
 from app.db import now
-from app.paging import Paging
 from app.errors import Conflict, Invalid, NotFound
 from app.jobs import JobClient, JobQueue
+from app.paging import Paging
 from app.runs import repository
 from app.runs.parameters import as_json, fusion_settings
-from app.tables.detection import Model
 from app.tables.runs import Run, RunStatus
 from app.tables.sites import Viewport
 
@@ -116,9 +115,42 @@ def newest_runs(
     return [(run, progress(session, run)) for run in repository.newest(session, site_ids, limit)]
 
 
-def ready_models(session: Session) -> Sequence[Model]:
-    """Return the detectors a run may use."""
-    return repository.ready_models(session)
+def label(run: Run) -> str:
+    """Return what a run is called on screen."""
+    return run.name or f"Run {run.id}"
+
+
+def ready_models(session: Session) -> list[tuple[str, str]]:
+    """Return (name, text) of the detectors a run may use."""
+    return [
+        (model.name, f"{model.name} ({model.family})") for model in repository.ready_models(session)
+    ]
+
+
+def runnable_viewports(session: Session, site_ids: frozenset[int] | None) -> list[tuple[int, str]]:
+    """Return (id, text) of the viewports that have a camera pose and images."""
+    return [
+        (viewport_id, f"{site} / {camera} / {viewport} ({count} images)")
+        for viewport_id, site, camera, viewport, count in repository.runnable_viewports(
+            session, site_ids
+        )
+    ]
+
+
+OUTCOMES = {
+    "matched": "Matched with a detection",
+    "no_detection_left": "No detection left for them",
+    "cost_too_high": "Detection too unlike (cost too high)",
+    "outside_image": "Beside the picture",
+    "size_unknown": "Matched, but of unknown size",
+    "no_heading": "Without a heading",
+}
+
+
+def outcomes(session: Session, run_id: int) -> list[tuple[str, int]]:
+    """Return (text, count) of what became of the vessels heard near the pictures."""
+    counts = repository.outcome_counts(session, run_id)
+    return [(text, counts[code]) for code, text in OUTCOMES.items() if code in counts]
 
 
 def image_errors(session: Session, run_id: int) -> Sequence[tuple[str, str]]:

@@ -10,6 +10,7 @@ from app.config import Settings
 from app.db import Database
 from app.jobs import JobRunner
 from app.storage import Storage
+from worker.tasks.export import MakeExport
 from worker.tasks.run_pipeline import RunPipeline
 
 
@@ -18,7 +19,10 @@ def register_tasks(
 ) -> Callable[[str, str], None]:
     """Register all jobs; returns what to call with (job id, reason) when one is given up."""
     storage = Storage(settings.storage_url)
-    tasks = (RunPipeline(runner, database, storage, settings),)
+    tasks = (
+        RunPipeline(runner, database, storage, settings),
+        MakeExport(runner, database, storage, settings),
+    )
     for task in tasks:
         runner.register(task.job, task.do, task.fail)
 

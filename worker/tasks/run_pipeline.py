@@ -4,36 +4,54 @@ A batch is one step: it reads, computes for all its images, and then writes all 
 that it is done in one transaction. A worker that dies inside a batch leaves no trace of it.
 """
 
-from collections.abc import Sequence
-from datetime import timedelta
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import structlog
 from sqlalchemy.orm import Session
 
-from app.ais.service import ReportWindow, reports_between
 from app.config import Settings
 from app.db import Database
 from app.domain.camera import Camera
-from app.domain.detection import Detection, DetectionSettings
-from app.domain.fusion import FusionResult, fuse
+from app.domain.detection import Detection
+from app.domain.fusion import fuse
 from app.domain.fusion_settings import FusionSettings
 from app.domain.geodesy import EnuFrame
-from app.domain.tracks import TrackSettings, states_at
+from app.domain.vessel_state import VesselState
 from app.errors import AppError
 from app.jobs import JobRunner
 from app.registration.service import camera_of
 from app.runs import batch_repository as batches
-from app.runs.batch_repository import ImageOutcome, RunContext
+from app.runs.batch_repository import ImageOutcome
 from app.runs.parameters import fusion_settings
 from app.runs.service import RUN_JOB
 from app.storage import Storage
+from app.tables.detection import Detection as DetectionRow
+from app.tables.detection import DetectionSet
 from app.tables.imagery import Image
 from app.tables.runs import RunStatus
+from worker.inference.detector import Detector
 from worker.inference.image import decode_image
 from worker.inference.pool import DetectorPool
 from worker.tasks.pose_rows import pose_rows, state_rows
+from worker.tasks.vessel_states import states_around
 
 log = structlog.get_logger()
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """All that is needed to compute the outcomes of some images."""
+
+    images: Sequence[Image]
+    states: Mapping[int, list[VesselState]]
+    known: Mapping[str, DetectionSet]
+    camera: Camera
+    frame: EnuFrame
+    water_level_m: float
+    detector: Detector
+    model_sha256: str
+    settings: FusionSettings
 
 
 class RunPipeline:
@@ -75,47 +93,69 @@ class RunPipeline:
         batches.finish(self._runner.session(), run_id, RunStatus.SUCCEEDED)
 
     def _do_images(self, run_id: int, start: int, stop: int) -> int:
+        batch = self._read(run_id, start, stop)
+        outcomes = [self._outcome(batch, image) for image in batch.images]
+        batches.store(
+            self._runner.session(),
+            run_id,
+            batch.model_sha256,
+            batch.detector.settings_sha256,
+            outcomes,
+        )
+        return len(outcomes)
+
+    def _read(self, run_id: int, start: int, stop: int) -> _Batch:
         with self._database.reading() as session:
             context = batches.context(session, run_id)
             settings = fusion_settings(context.run.preset, context.run.parameters)
             images = batches.images_between(session, run_id, start, stop)
-            if not images:
-                return 0
             camera, frame = camera_of(session, context.run.registration_id)
-            window = _window(session, context, images, settings, camera, frame)
+            camera_at = frame.geodetic(camera.center_in_world)
             detector = self._detectors.get(context.model, settings)
-            known = batches.known_detections(
-                session,
-                [image.sha256 for image in images],
-                context.model.sha256,
-                detector.settings_sha256,
+            return _Batch(
+                images=images,
+                states={
+                    image.id: states_around(
+                        session, context.site.id, camera_at, image.captured_at, settings
+                    )
+                    for image in images
+                },
+                known=batches.known_detections(
+                    session,
+                    [image.sha256 for image in images],
+                    context.model.sha256,
+                    detector.settings_sha256,
+                ),
+                camera=camera,
+                frame=frame,
+                water_level_m=context.site.water_level_m,
+                detector=detector,
+                model_sha256=context.model.sha256,
+                settings=settings,
             )
-        outcomes = []
-        for image in images:
-            found = known.get(image.sha256)
-            try:
-                boxes = (
-                    [_box(row) for row in found.detections]
-                    if found
-                    else detector.detect(decode_image(self._storage.read(image.sha256)))
-                )
-            except (AppError, ValueError) as error:
-                log.warning("image not usable", image_id=image.id, error=str(error))
-                outcomes.append(_failed(image, str(error)))
-                continue
-            states = states_at(window.positions, window.statics, image.captured_at, _tracks(settings))
-            result = fuse(camera, frame, context.site.water_level_m, boxes, states, settings)
-            outcomes.append(
-                ImageOutcome(
-                    image_id=image.id,
-                    image_sha256=image.sha256,
-                    detection_set_id=found.id if found else None,
-                    new_boxes=None if found else boxes,
-                    states=state_rows(camera, frame, context.site.water_level_m, states, result),
-                    poses=pose_rows(frame, states, result),
-                )
+
+    def _outcome(self, batch: _Batch, image: Image) -> ImageOutcome:
+        known = batch.known.get(image.sha256)
+        try:
+            boxes = (
+                [_box(row) for row in known.detections]
+                if known
+                else batch.detector.detect(decode_image(self._storage.read(image.sha256)))
             )
-        batches.store(
-            self._runner.session(), run_id, context.model.sha256, detector.settings_sha256, outcomes
+        except (AppError, ValueError) as error:
+            log.warning("image not usable", image_id=image.id, error=str(error))
+            return ImageOutcome(image.id, image.sha256, None, None, (), (), error=str(error))
+        states = batch.states[image.id]
+        result = fuse(batch.camera, batch.frame, batch.water_level_m, boxes, states, batch.settings)
+        return ImageOutcome(
+            image_id=image.id,
+            image_sha256=image.sha256,
+            detection_set_id=known.id if known else None,
+            new_boxes=None if known else boxes,
+            states=state_rows(batch.camera, batch.frame, batch.water_level_m, states, result),
+            poses=pose_rows(batch.frame, states, result),
         )
-        return len(outcomes)
+
+
+def _box(row: DetectionRow) -> Detection:
+    return Detection(row.x1_px, row.y1_px, row.x2_px, row.y2_px, row.score, row.class_id)

@@ -1,0 +1,1 @@
+"""Exports: poses as files that other tools open."""

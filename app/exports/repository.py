@@ -1,0 +1,141 @@
+"""SQL of exports: the requests, and the poses they select."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session, joinedload
+
+from app.paging import Paging, fetch_page
+from app.tables.exports import Export, ExportStatus
+from app.tables.imagery import Image
+from app.tables.reviews import Grade, Review
+from app.tables.runs import Pose, Run
+
+POSES_AT_ONCE = 500
+
+
+def get(session: Session, export_id: int) -> Export | None:
+    """Return an export."""
+    return session.get(Export, export_id)
+
+
+def listed(
+    session: Session, user_id: int | None, paging: Paging
+) -> tuple[Sequence[Export], str | None]:
+    """Return a page of a person's exports (None: everybody's)."""
+    statement = sa.select(Export)
+    if user_id is not None:
+        statement = statement.where(Export.created_by_id == user_id)
+    return fetch_page(session, statement, Export.id, paging)
+
+
+def newest(session: Session, user_id: int | None, limit: int) -> Sequence[Export]:
+    """Return the newest exports of a person (None: of everybody)."""
+    statement = sa.select(Export).order_by(Export.id.desc()).limit(limit)
+    if user_id is not None:
+        statement = statement.where(Export.created_by_id == user_id)
+    return session.scalars(statement).all()
+
+
+class PoseSelection:
+    """The poses that an export's filters select, in the order of their ids."""
+
+    def __init__(
+        self,
+        *,
+        site_ids: Iterable[int] | None,
+        run_id: int | None,
+        site_id: int | None,
+        camera_id: int | None,
+        grades: Sequence[str] | None,
+    ) -> None:
+        conditions: list[sa.ColumnElement[bool]] = []
+        if site_ids is not None:
+            conditions.append(Run.site_id.in_(list(site_ids)))
+        if run_id is not None:
+            conditions.append(Pose.run_id == run_id)
+        if site_id is not None:
+            conditions.append(Run.site_id == site_id)
+        if camera_id is not None:
+            conditions.append(Image.camera_id == camera_id)
+        if grades:
+            conditions.append(_newest_grade().in_([Grade(grade) for grade in grades]))
+        self._conditions = conditions
+
+    def _joined(self, statement: sa.Select[int]) -> sa.Select[int]:
+        return (
+            statement.select_from(Pose)
+            .join(Run, Run.id == Pose.run_id)
+            .join(Image, Image.id == Pose.image_id)
+            .where(*self._conditions)
+        )
+
+    def count(self, session: Session) -> int:
+        """Return how many poses are selected."""
+        return session.scalar(self._joined(sa.select(sa.func.count(Pose.id)))) or 0
+
+    def images(self, session: Session) -> Sequence[Image]:
+        """Return the photographs of the selected poses, by id."""
+        chosen = self._joined(sa.select(Pose.image_id))
+        return session.scalars(
+            sa.select(Image).where(Image.id.in_(chosen)).order_by(Image.id)
+        ).all()
+
+    def runs(self, session: Session) -> Sequence[Run]:
+        """Return the runs of the selected poses, by id."""
+        chosen = self._joined(sa.select(Pose.run_id))
+        return session.scalars(
+            sa.select(Run).options(joinedload(Run.model)).where(Run.id.in_(chosen)).order_by(Run.id)
+        ).all()
+
+    def poses(self, session: Session) -> Iterator[tuple[Pose, Review | None]]:
+        """Give the selected poses with their newest standing verdicts, a few hundred at once."""
+        after = 0
+        while True:
+            chosen = self._joined(sa.select(Pose.id)).where(Pose.id > after)
+            ids = session.scalars(chosen.order_by(Pose.id).limit(POSES_AT_ONCE)).all()
+            if not ids:
+                return
+            after = ids[-1]
+            found = session.scalars(
+                sa.select(Pose)
+                .options(joinedload(Pose.image), joinedload(Pose.run))
+                .where(Pose.id.in_(ids))
+                .order_by(Pose.id)
+            ).all()
+            reviews = {
+                review.pose_id: review
+                for review in session.scalars(
+                    sa.select(Review)
+                    .where(Review.pose_id.in_(ids), Review.replaced_at.is_(None))
+                    .order_by(Review.id)
+                )
+            }
+            for pose in found:
+                yield pose, reviews.get(pose.id)
+            session.expunge_all()
+
+
+def _newest_grade() -> sa.ScalarSelect[Grade]:
+    return (
+        sa.select(Review.grade)
+        .where(Review.pose_id == Pose.id, Review.replaced_at.is_(None))
+        .order_by(Review.id.desc())
+        .limit(1)
+        .correlate(Pose)
+        .scalar_subquery()
+    )
+
+
+def set_status(session: Session, export_id: int, status: ExportStatus, **columns: object) -> None:
+    """Change where an export stands, unless it was cancelled."""
+    session.execute(
+        sa.update(Export)
+        .where(Export.id == export_id, Export.status != ExportStatus.CANCELLED)
+        .values(status=status, **columns)
+    )
+
+
+def id_of_job(session: Session, workflow_id: str) -> int | None:
+    """Return the export behind a job."""
+    return session.scalar(sa.select(Export.id).where(Export.workflow_id == workflow_id))

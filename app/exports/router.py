@@ -1,0 +1,99 @@
+"""REST of exports: ask, watch, download.
+
+An export belongs to the person who asked for it; nobody else finds it, because it was selected
+with that person's rights.
+"""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Request, Response
+
+from app.auth.access import Access, Scope, allowed
+from app.auth.audit import record
+from app.auth.idempotency import IdempotentRoute
+from app.delivery import immutable_headers, is_known, not_modified, send_stream, wanted_part
+from app.dependencies import JobsDep, PagingDep, SessionDep, StorageDep
+from app.errors import Conflict, Forbidden, NotFound
+from app.exports import service
+from app.exports.schemas import ExportIn, ExportOut
+from app.paging import Page
+from app.tables.exports import Export, ExportStatus
+
+router = APIRouter(tags=["exports"], route_class=IdempotentRoute)
+RETRY_AFTER_S = 1
+
+Exporter = Annotated[Access, allowed(Scope.EXPORT)]
+
+
+@router.post("/exports", status_code=202)
+def request_export(
+    body: ExportIn, session: SessionDep, jobs: JobsDep, access: Exporter, response: Response
+) -> ExportOut:
+    """Ask for an export; a worker writes it. Vessel ids are pseudonyms unless said otherwise."""
+    if body.filters.site_id is not None:
+        access.require(Scope.EXPORT, body.filters.site_id)
+    if not body.anonymise and not access.may_anywhere(Scope.REVIEW):
+        raise Forbidden("vessel identities (anonymise: false) need the role reviewer or above")
+    export = service.request_export(
+        session,
+        jobs,
+        format_name=body.format,
+        filters=body.filters,
+        site_ids=access.site_ids(Scope.EXPORT),
+        anonymise=body.anonymise,
+        user_id=access.user_id,
+    )
+    record(session, access, "request", "export", export.id, site_id=body.filters.site_id)
+    response.headers["Location"] = f"/api/v1/exports/{export.id}"
+    response.headers["Retry-After"] = str(RETRY_AFTER_S)
+    return ExportOut.of(export)
+
+
+@router.get("/exports")
+def list_exports(session: SessionDep, access: Exporter, paging: PagingDep) -> Page[ExportOut]:
+    """List one's own exports, oldest first; an administrator sees everybody's."""
+    exports, cursor = service.list_exports(session, owner_filter(access), paging)
+    return Page(items=[ExportOut.of(export) for export in exports], next_cursor=cursor)
+
+
+@router.get("/exports/{export_id}")
+def get_export(
+    export_id: int, session: SessionDep, access: Exporter, response: Response
+) -> ExportOut:
+    """Return an export and how far it is."""
+    export = own_export(session, access, export_id)
+    if export.status in {ExportStatus.QUEUED, ExportStatus.RUNNING}:
+        response.headers["Retry-After"] = str(RETRY_AFTER_S)
+    return ExportOut.of(export)
+
+
+@router.get("/exports/{export_id}/download", response_class=Response)
+def download_export(
+    export_id: int, request: Request, session: SessionDep, storage: StorageDep, access: Exporter
+) -> Response:
+    """Send an export's file; takes Range and If-None-Match."""
+    export = own_export(session, access, export_id)
+    if export.sha256 is None or export.size_bytes is None:
+        raise Conflict(f"the export is {export.status.value}; download it once it has succeeded")
+    _, media_type, suffix = service.WRITERS[export.format]
+    etag = f'"{export.sha256}"'
+    name = f"quaymark-export-{export.id}.{suffix}"
+    headers = immutable_headers(etag, f'attachment; filename="{name}"')
+    if is_known(request, etag):
+        return not_modified(headers)
+    part = wanted_part(request, export.size_bytes, etag)
+    stream = storage.open(export.sha256)
+    return send_stream(stream, part, export.size_bytes, media_type, headers)
+
+
+def own_export(session: SessionDep, access: Access, export_id: int) -> Export:
+    """Return an export the caller may see. Raises NotFound."""
+    export = service.get_export(session, export_id)
+    if not access.is_admin and export.created_by_id != access.user_id:
+        raise NotFound("there is no such export")
+    return export
+
+
+def owner_filter(access: Access) -> int | None:
+    """Return whose exports a caller may list; None stands for everybody's."""
+    return None if access.is_admin else access.user_id

@@ -1,0 +1,1 @@
+"""Writers: one pure module a format, from records to bytes."""

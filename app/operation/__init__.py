@@ -1,0 +1,1 @@
+"""Running an installation: serving, working, migrating, the demo, the benchmarks."""

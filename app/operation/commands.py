@@ -1,0 +1,96 @@
+"""Commands that run an installation."""
+
+import os
+import subprocess
+import sys
+from typing import Annotated
+
+import typer
+
+from app import schema
+from app.config import get_settings
+from app.db import Database
+from app.errors import AppError, NotFound
+from app.locator import locate
+from app.operation.demo import run_demo
+from app.operation.serving import serve as serve_pages
+
+Host = Annotated[str, typer.Option(help="Address to listen at")]
+Port = Annotated[int, typer.Option(help="Port to listen at")]
+
+
+def register(cli: typer.Typer) -> None:
+    """Add the commands."""
+    cli.command()(serve)
+    cli.command()(worker)
+    cli.command()(demo)
+    cli.command()(bench)
+    database = typer.Typer(name="db", help="The database's schema.", no_args_is_help=True)
+    database.command()(upgrade)
+    database.command()(downgrade)
+    database.command()(check)
+    cli.add_typer(database)
+
+
+def serve(host: Host = "", port: Port = 0) -> None:
+    """Serve the pages and REST; jobs need a worker beside it."""
+    settings = get_settings()
+    serve_pages(settings, host or settings.host, port or settings.port)
+
+
+def worker(
+    concurrency: Annotated[int, typer.Option(min=1, help="Processes, one per core")] = 1,
+) -> None:
+    """Do jobs until stopped."""
+    os.execv(  # noqa: S606  our own module, in place of this process
+        sys.executable, [sys.executable, "-m", "worker", f"--concurrency={concurrency}"]
+    )
+
+
+def demo(
+    host: Host = "127.0.0.1",
+    port: Port = 8000,
+    *,
+    leave: Annotated[
+        bool, typer.Option("--exit", help="Set up, run, print the summary, and end")
+    ] = False,
+) -> None:
+    """Set up the demo harbour, run the pipeline on it and serve it until Ctrl-C."""
+    run_demo(host, port, leave=leave)
+
+
+def bench(name: Annotated[str, typer.Argument(help="Only this benchmark")] = "") -> None:
+    """Run the benchmarks of a checkout."""
+    folder = locate("templates").parent / "benchmarks"
+    scripts = sorted(folder.glob("bench_*.py")) if folder.is_dir() else []
+    chosen = [script for script in scripts if name in {"", script.stem.removeprefix("bench_")}]
+    if not chosen:
+        names = ", ".join(script.stem.removeprefix("bench_") for script in scripts)
+        raise NotFound(f"no benchmark {name!r}; there are: {names or 'none outside a checkout'}")
+    for script in chosen:
+        typer.echo(f"== {script.stem.removeprefix('bench_')}")
+        if subprocess.run([sys.executable, str(script)], check=False).returncode:  # noqa: S603
+            raise AppError(f"the benchmark {script.stem} failed")
+
+
+def upgrade(revision: Annotated[str, typer.Argument()] = "head") -> None:
+    """Bring the database's tables up to date."""
+    schema.upgrade(Database(get_settings().database_url), revision)
+    typer.echo(f"database is at {schema.current_revision(Database(get_settings().database_url))}")
+
+
+def downgrade(revision: Annotated[str, typer.Argument(help="`base` removes all tables")]) -> None:
+    """Take the database's tables back to a revision."""
+    schema.downgrade(Database(get_settings().database_url), revision)
+    typer.echo(f"database is at {revision}")
+
+
+def check() -> None:
+    """Say whether the database fits this version; exit 1 when it does not."""
+    database = Database(get_settings().database_url)
+    current, head = schema.current_revision(database), schema.head_revision()
+    if current != head:
+        raise AppError(f"the database is at {current}, this version needs {head}: db upgrade")
+    if differing := schema.differences(database):
+        raise AppError(f"the tables differ from this version's: {differing}")
+    typer.echo(f"database is at {head} and fits")

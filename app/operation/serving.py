@@ -1,0 +1,53 @@
+"""The web process: uvicorn with our settings, refusing to start on a database that does not fit."""
+
+import socket
+
+import uvicorn
+
+from app import schema
+from app.config import Settings
+from app.db import Database
+from app.errors import AppError
+from app.main import create_app
+
+
+def listening_socket(host: str, port: int) -> socket.socket:
+    """Return a socket bound to an address. Raises AppError naming the port when it is taken."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+    except OSError as error:
+        listener.close()
+        raise AppError(
+            f"port {port} at {host} cannot be used ({error.strerror}); choose another with --port"
+        ) from error
+    return listener
+
+
+def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
+    """Build the web server. Raises AppError when the database is not at this version."""
+    database = Database(settings.database_url)
+    current, head = schema.current_revision(database), schema.head_revision()
+    database.dispose()
+    if current != head:
+        raise AppError(
+            f"the database is at {current or 'nothing'}, this version needs {head}: "
+            "run `quaymark db upgrade`"
+        )
+    return uvicorn.Server(
+        uvicorn.Config(
+            create_app(settings),
+            log_level="warning" if quiet else "info",
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=3,
+        )
+    )
+
+
+def serve(settings: Settings, host: str, port: int) -> None:
+    """Serve until SIGINT or SIGTERM."""
+    server = make_server(settings)
+    server.run(sockets=[listening_socket(host, port)])

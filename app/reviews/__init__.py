@@ -1,0 +1,1 @@
+"""The feature of poses and their reviews."""

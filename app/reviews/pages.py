@@ -1,0 +1,39 @@
+"""The review page of a run."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Request, Response
+
+from app.auth.access import Access, Scope, allowed
+from app.dependencies import SessionDep
+from app.domain.grading import GUIDELINE, GUIDELINE_VERSION
+from app.runs import service as runs
+from app.templating import page
+
+router = APIRouter()
+
+
+@router.get("/runs/{run_id}/review")
+def review_run(
+    request: Request,
+    run_id: int,
+    session: SessionDep,
+    access: Annotated[Access, allowed(Scope.REVIEW)],
+) -> Response:
+    """Show the poses of a run to be graded, one after the other."""
+    run = runs.get_run(session, run_id)
+    access.require(Scope.REVIEW, run.site_id)
+    label = runs.label(run)
+    return page(
+        request,
+        "review/review.html",
+        crumbs=[
+            {"label": "Runs", "href": "/runs"},
+            {"label": label, "href": f"/runs/{run_id}"},
+            {"label": "Review"},
+        ],
+        run_id=run_id,
+        run_label=label,
+        guideline=GUIDELINE,
+        guideline_version=GUIDELINE_VERSION,
+    )

@@ -1,0 +1,64 @@
+"""Detectors kept loaded between batches: opening a model takes longer than using it once."""
+
+import tempfile
+from pathlib import Path
+
+from app.config import Settings
+from app.detectors.service import IMPORTED_FAMILY, IMPORTED_SETTINGS_SHA256
+from app.domain.arrays import UInt8Array
+from app.domain.detection import Detection, DetectionSettings
+from app.domain.fusion_settings import FusionSettings
+from app.storage import Storage
+from app.tables.detection import Model
+from worker.inference.detector import Detector
+from worker.inference.families import open_detector
+from worker.inference.session import SessionSettings
+
+MOST_LOADED = 2
+
+
+class ImportedDetections:
+    """Boxes that came from elsewhere: what was not imported for an image is not there."""
+
+    settings_sha256 = IMPORTED_SETTINGS_SHA256
+    signature: dict[str, object] = {}  # noqa: RUF012  never changed
+
+    def detect(self, image_bgr: UInt8Array) -> list[Detection]:  # noqa: ARG002  a Detector
+        """Return nothing: all boxes there are stand in the database already."""
+        return []
+
+
+class DetectorPool:
+    """The last few detectors, by model and settings."""
+
+    def __init__(self, storage: Storage, settings: Settings) -> None:
+        self._storage = storage
+        self._session_settings = SessionSettings(
+            threads=settings.detector_threads, providers=tuple(settings.detector_providers)
+        )
+        self._loaded: dict[tuple[str, str], Detector] = {}
+
+    def get(self, model: Model, settings: FusionSettings) -> Detector:
+        """Return a model's detector. Raises ModelRefusedError when it cannot be loaded."""
+        if model.family == IMPORTED_FAMILY:
+            return ImportedDetections()
+        detection = DetectionSettings(
+            score_threshold=settings.score_threshold,
+            nms_iou=settings.nms_iou,
+            class_ids=settings.class_ids,
+        )
+        key = (model.sha256, detection.sha256)
+        if key not in self._loaded:
+            while len(self._loaded) >= MOST_LOADED:
+                self._loaded.pop(next(iter(self._loaded)))
+            self._loaded[key] = self._open(model, detection)
+        return self._loaded[key]
+
+    def _open(self, model: Model, detection: DetectionSettings) -> Detector:
+        path = self._storage.local_path(model.sha256)
+        if path is not None:
+            return open_detector(path, model.family, detection, self._session_settings)
+        with tempfile.TemporaryDirectory() as folder:
+            copy = Path(folder) / "model.onnx"
+            copy.write_bytes(self._storage.read(model.sha256))
+            return open_detector(copy, model.family, detection, self._session_settings)
