@@ -5,7 +5,7 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 
-from app import health, problems
+from app import apidocs, health, problems
 from app.admin import pages as admin_pages
 from app.admin import router as admin
 from app.ais import pages as ais_pages
@@ -75,6 +75,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.jobs = JobClient(settings.database_url)
 
     app.include_router(health.router)
+    app.include_router(apidocs.router)
     for feature in REST:
         app.include_router(feature.router, prefix=API)
     for feature in PAGES:

@@ -62,7 +62,7 @@ def answer(request: Request, error: AppError) -> Response:
             problem, status_code=error.status, media_type="application/problem+json"
         )
     elif isinstance(error, Unauthenticated):
-        response = RedirectResponse(sign_in_address(request), status_code=303)
+        return RedirectResponse(sign_in_address(request), status_code=303)
     else:
         response = page(request, "error.html", status_code=error.status, problem=problem)
     response.headers.update(error.headers)

@@ -1,5 +1,174 @@
-"""To be filled."""
+"""Pages for administrators: people, tokens, the audit log."""
 
-from fastapi import APIRouter
+from typing import Annotated
 
-router = APIRouter()
+from fastapi import APIRouter, Form, Query, Request
+from fastapi.responses import RedirectResponse, Response
+from sqlalchemy.orm import Session
+
+from app.admin import service
+from app.auth import service as auth
+from app.auth import users
+from app.auth.access import Access, Scope, allowed
+from app.dependencies import PagingDep, SessionDep
+from app.errors import Conflict, Invalid
+from app.paging import Paging
+from app.tables.identity import Role
+from app.templating import page
+
+router = APIRouter(prefix="/admin")
+Administrator = Annotated[Access, allowed(Scope.ADMIN)]
+Text = Annotated[str, Form(max_length=2000)]
+Site = Annotated[str, Form(pattern="^[0-9]{0,9}$")]
+MOST_SHOWN = 1000
+NOTICES = {
+    "added": "The person is added. Tell them their password; it is not shown again.",
+    "changed": "The change is stored.",
+    "removed": "The person is removed; what they made stays.",
+    "revoked": "The token is revoked.",
+}
+
+
+@router.get("")
+def show_start(access: Administrator) -> Response:  # noqa: ARG001  declares the permission
+    """Lead to the people."""
+    return RedirectResponse("/admin/users", status_code=303)
+
+
+@router.get("/users")
+def show_users(
+    request: Request, session: SessionDep, access: Administrator, done: str = ""
+) -> Response:
+    """Show all people and the form for another."""
+    return _users(request, session, access, notice=NOTICES.get(done, ""))
+
+
+@router.post("/users")
+def add_user(
+    request: Request,
+    session: SessionDep,
+    access: Administrator,
+    email: Text,
+    password: Text,
+    role: Annotated[Role, Form()],
+    site_id: Site = "",
+    name: Annotated[str, Form(max_length=200)] = "",
+) -> Response:
+    """Add a person."""
+    access.require(Scope.ADMIN, None)
+    spec = users.MembershipSpec(role, int(site_id) if site_id else None)
+    try:
+        users.create_user(session, email, password, [spec], name=name, access=access)
+    except (Invalid, Conflict) as error:
+        values = {"email": email, "name": name, "role": role.value, "site_id": site_id}
+        return _users(request, session, access, error=error.detail, values=values)
+    return RedirectResponse("/admin/users?done=added", status_code=303)
+
+
+@router.post("/users/{user_id}/role")
+def give_role(
+    user_id: int,
+    session: SessionDep,
+    access: Administrator,
+    role: Annotated[Role, Form()],
+    site_id: Site = "",
+) -> Response:
+    """Give a person a role on a site, or on all."""
+    user = users.user_for(session, access, user_id)
+    spec = users.MembershipSpec(role, int(site_id) if site_id else None)
+    change = users.UserChange(memberships=users.with_role(user, spec))
+    users.change_user(session, user, change, access=access)
+    return RedirectResponse("/admin/users?done=changed", status_code=303)
+
+
+@router.post("/users/{user_id}/active")
+def set_active(
+    user_id: int, session: SessionDep, access: Administrator, active: Annotated[bool, Form()]
+) -> Response:
+    """Let a person sign in, or no longer."""
+    user = users.user_for(session, access, user_id)
+    users.change_user(session, user, users.UserChange(is_active=active), access=access)
+    return RedirectResponse("/admin/users?done=changed", status_code=303)
+
+
+@router.post("/users/{user_id}/remove")
+def remove_user(user_id: int, session: SessionDep, access: Administrator) -> Response:
+    """Remove a person."""
+    users.remove_user(session, users.user_for(session, access, user_id), access=access)
+    return RedirectResponse("/admin/users?done=removed", status_code=303)
+
+
+@router.get("/tokens")
+def show_tokens(
+    request: Request,
+    session: SessionDep,
+    access: Administrator,
+    paging: PagingDep,
+    done: str = "",
+) -> Response:
+    """Show everybody's tokens."""
+    tokens, next_cursor = auth.list_tokens(session, access, paging, everybody=True)
+    return page(
+        request,
+        "admin/tokens.html",
+        tokens=tokens,
+        emails=service.emails_of(session, {token.user_id for token in tokens}),
+        next_cursor=next_cursor,
+        flashes=_flashes(NOTICES.get(done, "")),
+    )
+
+
+@router.post("/tokens/{token_id}/revoke")
+def revoke_token(token_id: int, session: SessionDep, access: Administrator) -> Response:
+    """Revoke anybody's token."""
+    auth.revoke_token(session, access, token_id)
+    return RedirectResponse("/admin/tokens?done=revoked", status_code=303)
+
+
+@router.get("/audit")
+def show_audit(
+    request: Request,
+    session: SessionDep,
+    access: Administrator,
+    paging: PagingDep,
+    entity: Annotated[str, Query(max_length=64)] = "",
+) -> Response:
+    """Show the audit log, newest first."""
+    wanted = service.AuditFilter(entity=entity or None)
+    entries, next_cursor = service.list_audit(session, access, wanted, paging)
+    people = {entry.user_id for entry in entries if entry.user_id is not None}
+    return page(
+        request,
+        "admin/audit.html",
+        entries=entries,
+        emails=service.emails_of(session, people),
+        entity=entity,
+        next_cursor=next_cursor,
+    )
+
+
+def _users(
+    request: Request,
+    session: Session,
+    access: Access,
+    *,
+    notice: str = "",
+    error: str = "",
+    values: dict[str, str] | None = None,
+) -> Response:
+    found, _ = users.list_users(session, access, Paging(limit=MOST_SHOWN, after=None))
+    return page(
+        request,
+        "admin/users.html",
+        status_code=422 if error else 200,
+        users=found,
+        sites=auth.all_site_names(session),
+        roles=[(role.value, role.value.capitalize()) for role in Role],
+        flashes=_flashes(notice),
+        error=error,
+        values=values or {},
+    )
+
+
+def _flashes(notice: str) -> list[dict[str, str]]:
+    return [{"message": notice, "tone": "success"}] if notice else []

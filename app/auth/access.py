@@ -14,7 +14,7 @@ from enum import StrEnum
 from types import MappingProxyType
 
 import structlog
-from fastapi import Depends, Request
+from fastapi import Request, Security
 from fastapi.openapi.models import HTTPBearer
 from fastapi.params import Depends as Dependency
 from fastapi.security.base import SecurityBase
@@ -147,7 +147,8 @@ def allowed(scope: Scope | None) -> Dependency:
 
     Written `access: Annotated[Access, allowed(Scope.READ)]`.
     """
-    dependency: Dependency = Depends(Allowed(scope))
+    names = [] if scope is None else [scope.value]  # so that the OpenAPI document tells them
+    dependency: Dependency = Security(Allowed(scope), scopes=names)
     return dependency
 
 

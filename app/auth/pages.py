@@ -1,5 +1,174 @@
-"""To be filled."""
+"""Pages of the caller: signing in and out, the account with its password and tokens."""
 
-from fastapi import APIRouter
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Form, Query, Request
+from fastapi.responses import RedirectResponse, Response
+from sqlalchemy.orm import Session
+
+from app.auth import service, users
+from app.auth.access import Access, Scope, access_of, allowed, public
+from app.auth.authentication import SESSION_COOKIE
+from app.auth.destination import SIGN_IN, safe_destination
+from app.config import Settings
+from app.dependencies import DatabaseDep, SessionDep, SettingsDep
+from app.errors import AppError, Invalid, TooManyRequests, Unauthenticated, Unavailable
+from app.paging import Paging
+from app.templating import page
 
 router = APIRouter()
+SignedIn = Annotated[Access, allowed(None)]
+Text = Annotated[str, Form(max_length=2000)]
+MOST_TOKENS_SHOWN = 1000
+NOTICES = {
+    "password": "Your password is changed; your other browsers are signed out.",
+    "revoked": "The token is revoked.",
+}
+
+
+@router.get("/", dependencies=[Depends(public)])
+def show_home(request: Request) -> Response:
+    """Lead to the sites, or to the sign-in page."""
+    return RedirectResponse("/sites" if access_of(request) else SIGN_IN, status_code=303)
+
+
+@router.get(SIGN_IN, dependencies=[Depends(public)])
+def show_sign_in(
+    request: Request, destination: Annotated[str, Query(alias="next")] = "/"
+) -> Response:
+    """Show the sign-in page; who is signed in goes on at once."""
+    destination = safe_destination(destination)
+    if access_of(request) is not None:
+        return RedirectResponse(destination, status_code=303)
+    return page(request, "auth/login.html", next=destination)
+
+
+@router.post(SIGN_IN, dependencies=[Depends(public)])
+def sign_in(
+    request: Request,
+    database: DatabaseDep,
+    settings: SettingsDep,
+    email: Text,
+    password: Text,
+    destination: Annotated[str, Form(alias="next")] = "/",
+) -> Response:
+    """Check the password; on success set a fresh session cookie and go where one wanted to go."""
+    destination = safe_destination(destination)
+    try:
+        cookie = service.sign_in(
+            database,
+            request.app.state.sign_in_throttle,
+            email=email,
+            password=password,
+            address=request.client.host if request.client else "",
+            hours=settings.session_hours,
+            replaces=access_of(request),
+        )
+    except (Unauthenticated, TooManyRequests, Unavailable) as error:
+        return _refused(request, error, email, destination)
+    response = RedirectResponse(destination, status_code=303)
+    response.set_cookie(
+        SESSION_COOKIE,
+        cookie,
+        max_age=settings.session_hours * 3600,
+        httponly=True,
+        samesite="lax",
+        secure=_is_https(request, settings),
+    )
+    return response
+
+
+@router.post("/sign-out")
+def sign_out(session: SessionDep, access: SignedIn) -> Response:
+    """End this browser's session."""
+    service.sign_out(session, access)
+    response = RedirectResponse(SIGN_IN, status_code=303)
+    response.delete_cookie(SESSION_COOKIE, httponly=True, samesite="lax")
+    return response
+
+
+@router.get("/account")
+def show_account(
+    request: Request, session: SessionDep, access: SignedIn, done: str = ""
+) -> Response:
+    """Show one's roles, tokens and the form for a new password."""
+    return _account(request, session, access, notice=NOTICES.get(done, ""))
+
+
+@router.post("/account/password")
+def change_password(
+    request: Request, session: SessionDep, access: SignedIn, old_password: Text, new_password: Text
+) -> Response:
+    """Change one's own password."""
+    try:
+        users.change_own_password(session, access, old_password, new_password)
+    except Invalid as error:
+        return _account(request, session, access, password_error=error.detail)
+    return RedirectResponse("/account?done=password", status_code=303)
+
+
+@router.post("/account/tokens")
+def create_token(
+    request: Request,
+    session: SessionDep,
+    access: SignedIn,
+    scopes: Annotated[list[Scope] | None, Form()] = None,
+    name: Annotated[str, Form(max_length=200)] = "",
+    days: Annotated[int, Form()] = 90,
+) -> Response:
+    """Make a token and show its text; it is never shown again."""
+    try:
+        _, text = service.create_token(session, access, name=name, scopes=scopes or [], days=days)
+    except Invalid as error:
+        return _account(request, session, access, token_error=error.detail)
+    return _account(request, session, access, new_token=text)
+
+
+@router.post("/account/tokens/{token_id}/revoke")
+def revoke_token(token_id: int, session: SessionDep, access: SignedIn) -> Response:
+    """Revoke one of one's own tokens."""
+    service.revoke_token(session, access, token_id)
+    return RedirectResponse("/account?done=revoked", status_code=303)
+
+
+def _refused(request: Request, error: AppError, email: str, destination: str) -> Response:
+    response = page(
+        request,
+        "auth/login.html",
+        status_code=error.status,
+        email=email,
+        error=error.detail[:1].upper() + error.detail[1:] + ".",
+        next=destination,
+    )
+    response.headers.update(error.headers)
+    return response
+
+
+def _account(
+    request: Request,
+    session: Session,
+    access: Access,
+    *,
+    notice: str = "",
+    password_error: str = "",
+    token_error: str = "",
+    new_token: str = "",
+) -> Response:
+    tokens, _ = service.list_tokens(session, access, Paging(limit=MOST_TOKENS_SHOWN, after=None))
+    return page(
+        request,
+        "auth/account.html",
+        status_code=422 if password_error or token_error else 200,
+        access=access,
+        sites=service.site_names(session, access),
+        tokens=[token for token in tokens if token.revoked_at is None],
+        scopes=sorted(access.scopes()),
+        flashes=[{"message": notice, "tone": "success"}] if notice else [],
+        password_error=password_error,
+        token_error=token_error,
+        new_token=new_token,
+    )
+
+
+def _is_https(request: Request, settings: Settings) -> bool:
+    return request.url.scheme == "https" or settings.public_url.startswith("https://")

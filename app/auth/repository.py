@@ -146,3 +146,11 @@ def site_id_named(session: Session, text: str) -> int | None:
         .order_by(wanted.desc())
         .limit(1)
     ).first()
+
+
+def site_names(session: Session, site_ids: set[int] | None = None) -> dict[int, str]:
+    """Return sites' names by their ids; of all sites without ids."""
+    statement = sa.select(Site).order_by(Site.name)
+    if site_ids is not None:
+        statement = statement.where(Site.id.in_(site_ids))
+    return {site.id: site.name for site in session.scalars(statement)}

@@ -186,3 +186,13 @@ def revoke_token(session: Session, access: Access, token_id: int) -> None:
     if token.revoked_at is None:
         token.revoked_at = now()
         audit.record(session, access, "revoke", "token", token.id, name=token.name)
+
+
+def site_names(session: Session, access: Access) -> dict[int, str]:
+    """Return the names of the sites where the caller has a role of their own, by id."""
+    return repository.site_names(session, {site_id for site_id in access.roles if site_id})
+
+
+def all_site_names(session: Session) -> dict[int, str]:
+    """Return the names of all sites by id, for an administrator's choice."""
+    return repository.site_names(session)

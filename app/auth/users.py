@@ -147,6 +147,16 @@ def remove_user(session: Session, user: User, *, access: Access | None = None) -
     session.flush()
 
 
+def with_role(user: User, spec: MembershipSpec) -> list[MembershipSpec]:
+    """Return a person's roles with the one for a site (or for all) added or replaced."""
+    kept = [
+        MembershipSpec(membership.role, membership.site_id)
+        for membership in user.memberships
+        if membership.site_id != spec.site_id
+    ]
+    return [*kept, spec]
+
+
 def change_own_password(session: Session, access: Access, old: str, new: str) -> None:
     """Change the caller's password; all their other browsers are signed out.
 
