@@ -16,6 +16,7 @@ from datetime import UTC, datetime
 
 from app.domain import ais
 from app.domain.accounting import Accounting, MessageReject
+from app.domain.nmea_lines import LONGEST_LINE
 from app.domain.nmea_times import DISTANT, TimeReader
 from app.domain.repeats import RepeatFilter
 
@@ -78,18 +79,8 @@ class CsvDecoder:
 
         """
         columns: dict[str, int] | None = None
-        rows = csv.reader(lines)
-        while True:
-            try:
-                row = next(rows, None)
-            except csv.Error as unreadable:
-                self.accounting.lines.other += 1
-                self._note(
-                    rows.line_num, MessageReject.FIELD, "row", f"not a CSV row: {unreadable}"
-                )
-                continue
-            if row is None:
-                return
+        for number, line in enumerate(lines, start=1):
+            row = self._cells(line, number)
             if not any(row) or row[0].lstrip().startswith("#"):
                 self.accounting.lines.other += 1
             elif columns is None and not row[0].strip().isdigit():
@@ -97,7 +88,18 @@ class CsvDecoder:
                 columns = _header(row)
             else:
                 columns = columns or {name: index for index, name in enumerate(COLUMNS)}
-                yield from self._row(row, columns, rows.line_num)
+                yield from self._row(row, columns, number)
+
+    def _cells(self, line: str, number: int) -> Sequence[str]:
+        """Split one line; each is split alone, so that a stray quote costs no other line."""
+        try:
+            if len(line) <= LONGEST_LINE:
+                return next(csv.reader([line]), [])
+            problem = f"longer than {LONGEST_LINE} characters"
+        except csv.Error as error:
+            problem = str(error)
+        self._note(number, MessageReject.FIELD, "row", f"this line is no row of a table: {problem}")
+        return []
 
     def _row(
         self, row: Sequence[str], columns: dict[str, int], line: int
