@@ -11,6 +11,7 @@ from app.db import Database
 from app.jobs import JobRunner
 from app.storage import Storage
 from worker.tasks.export import MakeExport
+from worker.tasks.probe import ProbeModel
 from worker.tasks.run_pipeline import RunPipeline
 
 
@@ -22,6 +23,7 @@ def register_tasks(
     tasks = (
         RunPipeline(runner, database, storage, settings),
         MakeExport(runner, database, storage, settings),
+        ProbeModel(runner, database, storage, settings),
     )
     for task in tasks:
         runner.register(task.job, task.do, task.fail)

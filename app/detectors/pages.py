@@ -1,0 +1,5 @@
+"""Pages of detector models."""
+
+from fastapi import APIRouter
+
+router = APIRouter()

@@ -1,0 +1,33 @@
+"""Answers of detectors."""
+
+from datetime import datetime
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.tables.detection import ModelStatus
+
+
+class ModelOut(BaseModel):
+    """A detector."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    id: int
+    name: str
+    family: str = Field(description="yolox, or imported: boxes that came from elsewhere")
+    sha256: str
+    size_bytes: int
+    status: ModelStatus
+    reason: str | None = Field(description="Why it was refused")
+    signature: dict[str, Any] = Field(description="What the model takes and gives")
+    created_at: datetime
+
+
+class ImportedDetectionsOut(BaseModel):
+    """Imported detections: the model that stands for their source, and what came in."""
+
+    model: ModelOut
+    images: int = Field(description="Images that have a set of boxes now, maybe an empty one")
+    detections: int
+    ignored: int = Field(description="Boxes of categories that are no vessels")
