@@ -1,5 +1,149 @@
-"""Pages of detector models."""
+"""Pages of detectors: which there are, which may be used, why the others may not."""
 
-from fastapi import APIRouter
+from typing import Annotated
+
+from fastapi import APIRouter, Form, Request, Response, UploadFile
+from fastapi.responses import RedirectResponse
+
+from app.auth.access import Access, Scope, allowed
+from app.dependencies import DatabaseDep, JobsDep, SessionDep, SettingsDep, StorageDep
+from app.detectors import actions, service
+from app.errors import AppError
+from app.tables.detection import ModelStatus
+from app.templating import page
 
 router = APIRouter()
+Reader = Annotated[Access, allowed(Scope.READ)]
+Operator = Annotated[Access, allowed(Scope.INGEST)]
+
+
+@router.get("/models")
+def list_models(request: Request, session: SessionDep, access: Reader) -> Response:
+    """Show all models."""
+    return _page(request, session, access)
+
+
+@router.post("/models")
+def add_model(
+    request: Request,
+    session: SessionDep,
+    storage: StorageDep,
+    jobs: JobsDep,
+    settings: SettingsDep,
+    access: Operator,
+    file: UploadFile,
+    name: Annotated[str, Form()],
+    family: Annotated[str, Form()] = "yolox",
+) -> Response:
+    """Add a model and show it."""
+    try:
+        added = actions.add_upload(session, storage, jobs, settings, access, file, name, family)
+    except AppError as error:
+        session.rollback()
+        return _page(request, session, access, name=name, family=family, model_error=error)
+    return RedirectResponse(f"/models/{added.model.id}", status_code=303)
+
+
+@router.post("/models/imported-detections")
+def import_detections(
+    request: Request,
+    database: DatabaseDep,
+    session: SessionDep,
+    settings: SettingsDep,
+    access: Operator,
+    file: UploadFile,
+    name: Annotated[str, Form()] = "",
+    categories: Annotated[str, Form()] = "",
+) -> Response:
+    """Import detections of another detector and show the model that stands for them."""
+    try:
+        outcome = actions.import_detections(
+            database,
+            session,
+            settings,
+            access,
+            file,
+            None,
+            name=name,
+            camera_id=None,
+            categories=categories,
+        )
+    except AppError as error:
+        session.rollback()
+        return _page(request, session, access, boxes_name=name, boxes_error=error)
+    return RedirectResponse(f"/models/{outcome.model.id}", status_code=303)
+
+
+@router.get("/models/{model_id:int}")
+def show_model(model_id: int, request: Request, session: SessionDep, access: Reader) -> Response:
+    """Show a model."""
+    return _model_page(request, session, access, model_id)
+
+
+@router.post("/models/{model_id:int}/delete")
+def delete_model(
+    model_id: int, request: Request, session: SessionDep, access: Operator
+) -> Response:
+    """Remove a model that no run uses."""
+    try:
+        actions.delete_model(session, access, model_id)
+    except AppError as error:
+        session.rollback()
+        return _model_page(request, session, access, model_id, error=error)
+    return RedirectResponse("/models", status_code=303)
+
+
+def _page(
+    request: Request,
+    session: SessionDep,
+    access: Access,
+    *,
+    name: str = "",
+    family: str = "yolox",
+    boxes_name: str = "",
+    model_error: AppError | None = None,
+    boxes_error: AppError | None = None,
+) -> Response:
+    error = model_error or boxes_error
+    return page(
+        request,
+        "detectors/index.html",
+        status_code=error.status if error else 200,
+        crumbs=[{"label": "Models"}],
+        models=service.all_models(session),
+        families=[(family, family) for family in service.FAMILIES],
+        imported_family=service.IMPORTED_FAMILY,
+        name=name,
+        family=family,
+        boxes_name=boxes_name,
+        model_message=model_error.detail if model_error else "",
+        boxes_message=boxes_error.detail if boxes_error else "",
+        may_add=access.may(Scope.INGEST, None),
+        may_import=access.may_anywhere(Scope.INGEST),
+    )
+
+
+def _model_page(
+    request: Request,
+    session: SessionDep,
+    access: Access,
+    model_id: int,
+    *,
+    error: AppError | None = None,
+) -> Response:
+    model = service.get_model(session, model_id)
+    runs, images = service.count_uses(session, model)
+    return page(
+        request,
+        "detectors/model.html",
+        status_code=error.status if error else 200,
+        crumbs=[{"label": "Models", "href": "/models"}, {"label": model.name}],
+        model=model,
+        is_imported=model.family == service.IMPORTED_FAMILY,
+        is_probing=model.status is ModelStatus.PROBING,
+        runs=runs,
+        images=images,
+        message=error.detail if error else "",
+        may_delete=access.may(Scope.INGEST, None) and not runs,
+        may_run=access.may_anywhere(Scope.INGEST) and model.status is ModelStatus.READY,
+    )
