@@ -1,0 +1,144 @@
+"""The main job on a real photograph, with real weights, from upload to pose, over REST alone."""
+
+import json
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+
+from app.domain.geodesy import EnuFrame, Geodetic
+from tests.worker_process import WorkerProcess, wait_until
+
+IMAGE = "00139255c1d7dd9c"
+MMSI = 211234560
+CAPTURED_AT = datetime(2022, 7, 14, 10, 20, 30, tzinfo=UTC)
+
+
+def given_registration(camera: dict[str, Any], origin: Geodetic) -> dict[str, Any]:
+    """Turn the published extrinsics (geocentric) into those of a site's ENU frame."""
+    rotation = np.array(camera["R_cam_from_ecef"]) @ EnuFrame(origin).R_enu_from_ecef.T
+    rotvec, _ = cv2.Rodrigues(rotation)
+    return {
+        "method": "given",
+        "rotation": rotvec.ravel().tolist(),
+        "center": {
+            "lat_deg": camera["center_lat_deg"],
+            "lon_deg": camera["center_lon_deg"],
+            "height_m": camera["center_height_m"],
+        },
+    }
+
+
+def ais_csv(vessel: dict[str, Any]) -> str:
+    """Write a label's vessel as the plain table, heard as long before the image as it says."""
+    heard_at = CAPTURED_AT - timedelta(seconds=vessel["secondsSinceLastPositionReport"])
+    size = vessel["size"]
+    header = "mmsi,time,lat,lon,sog,cog,heading,rot,to_bow,to_stern,to_port,to_starboard,name"
+    row = (
+        f"{MMSI},{heard_at.isoformat()},{vessel['lat']},{vessel['long']},{vessel['speed']},"
+        f"{vessel['heading']},{vessel['heading']},,{size['to_bow']},{size['to_stern']},"
+        f"{size['to_port']},{size['to_starboard']},HARBOUR FERRY"
+    )
+    return f"{header}\n{row}\n"
+
+
+def created(response: Any) -> dict[str, Any]:
+    """Return the JSON of a successful answer."""
+    assert response.status_code in {200, 201, 202}, response.text
+    body: dict[str, Any] = response.json()
+    return body
+
+
+@pytest.mark.slow
+def test_a_real_photograph_becomes_a_pose_of_its_vessel(
+    client: TestClient, start_worker: Callable[..., WorkerProcess], shared_dir: Path
+) -> None:
+    """A photograph, its camera and its AIS report become the published pose, within 5 m."""
+    bonk = shared_dir / "real" / "bonk"
+    camera = json.loads((bonk / "camera.json").read_text())
+    label = json.loads((bonk / "label" / f"{IMAGE}.json").read_text())
+    origin = Geodetic(camera["center_lat_deg"], camera["center_lon_deg"], 0.0)
+    start_worker()
+
+    site = created(
+        client.post(
+            "/api/v1/sites",
+            json={
+                "name": "Norderelbe",
+                "origin": {"lat_deg": origin.lat_deg, "lon_deg": origin.lon_deg, "height_m": 0.0},
+                "water_level_m": 0.0,
+                "timezone": "Europe/Berlin",
+            },
+        )
+    )
+    registered = created(
+        client.post(
+            "/api/v1/cameras",
+            json={
+                "site_id": site["id"],
+                "name": "Kehrwieder",
+                "width_px": camera["width"],
+                "height_px": camera["height"],
+                "K": camera["K"],
+            },
+        )
+    )
+    viewport = created(
+        client.post("/api/v1/viewports", json={"camera_id": registered["id"], "name": "south"})
+    )
+    created(
+        client.post(
+            f"/api/v1/viewports/{viewport['id']}/registrations",
+            json=given_registration(camera, origin),
+        )
+    )
+    with (bonk / "image" / f"{IMAGE}.jpg").open("rb") as photograph:
+        image = created(
+            client.post(
+                "/api/v1/images",
+                files={"file": (f"{IMAGE}.jpg", photograph)},
+                data={"camera_id": registered["id"], "captured_at": CAPTURED_AT.isoformat()},
+            )
+        )
+    created(
+        client.post(
+            "/api/v1/ais/files",
+            files={"file": ("heard.csv", ais_csv(label["vessels"][0]).encode())},
+        )
+    )
+    with (shared_dir / "models" / "yolox_nano.onnx").open("rb") as weights:
+        model = created(
+            client.post(
+                "/api/v1/models",
+                files={"file": ("yolox_nano.onnx", weights)},
+                data={"name": "yolox-nano", "family": "yolox"},
+            )
+        )
+    wait_until(
+        lambda: client.get(f"/api/v1/models/{model['id']}").json()["status"] == "ready",
+        what="a ready model",
+    )
+    run = created(
+        client.post("/api/v1/runs", json={"viewport_id": viewport["id"], "detector": "yolox-nano"})
+    )
+    wait_until(
+        lambda: client.get(f"/api/v1/runs/{run['id']}").json()["status"] == "succeeded",
+        what="a finished run",
+    )
+
+    poses = client.get("/api/v1/poses", params={"run_id": run["id"]}).json()["items"]
+    assert [pose["vessel"]["mmsi"] for pose in poses] == [MMSI]
+    pose = poses[0]
+    assert pose["image"]["id"] == image["id"]
+    assert pose["vessel"]["name"] == "HARBOUR FERRY"
+    # Across and along the view; the vertical axis carries the water level's error.
+    published = np.array(label["objects"][0]["position"]["centroid"])
+    apart = np.array(pose["centroid_in_cam_m"]) - published
+    up_in_cam = np.array(camera["R_cam_from_local_enu"])[:, 2]
+    horizontal_m = np.linalg.norm(apart - (apart @ up_in_cam) * up_in_cam)
+    assert horizontal_m < 5.0
