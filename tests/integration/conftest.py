@@ -11,8 +11,11 @@ from typing import Protocol
 
 import pytest
 from fastapi import FastAPI
+from pwdlib import PasswordHash
+from pwdlib.hashers.argon2 import Argon2Hasher
 from starlette.testclient import TestClient
 
+from app.auth import passwords
 from app.auth.access import Scope
 from app.auth.authentication import SESSION_COOKIE
 from app.auth.tokens import new_token
@@ -25,6 +28,15 @@ from tests.factories import identity
 from tests.postgres import PostgresCluster
 
 TEMPLATE = "quaymark_template"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _cheap_passwords() -> Iterator[None]:
+    """Hash passwords with argon2 all the same, but not slowly: there is nothing to protect."""
+    cheap = PasswordHash((Argon2Hasher(time_cost=1, memory_cost=8, parallelism=1),))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(passwords, "_hasher", cheap)
+        yield
 
 
 @pytest.fixture(scope="session")

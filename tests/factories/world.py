@@ -1,0 +1,221 @@
+"""One of everything on a site, so that tests can ask who may reach it."""
+
+from sqlalchemy.orm import Session
+
+from app.db import now
+from app.tables.ais import AisFile, AisPosition, Vessel
+from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
+from app.tables.exports import Export
+from app.tables.groundtruth import GroundTruthBox, VesselClass
+from app.tables.imagery import CaptureTimeSource, Image
+from app.tables.registration import Landmark, Registration, RegistrationMethod
+from app.tables.runs import Match, Pose, Run, RunImage, VesselStateRow
+from app.tables.sites import Camera, Site, Viewport
+
+INTRINSICS = {
+    "width_px": 640,
+    "height_px": 480,
+    "fx_px": 800.0,
+    "fy_px": 800.0,
+    "cx_px": 319.5,
+    "cy_px": 239.5,
+    "distortion": [0.0] * 5,
+}
+
+
+def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
+    """Insert a site with one of everything, named after the marker; return ids by path name."""
+    site = Site(name=f"{marker} harbour", origin_lat_deg=54.0, origin_lon_deg=9.0)
+    session.add(site)
+    session.flush()
+    camera = Camera(site_id=site.id, name=f"{marker} camera", **INTRINSICS)
+    session.add(camera)
+    session.flush()
+    viewport = Viewport(camera_id=camera.id, name=f"{marker} viewport")
+    landmark = Landmark(
+        site_id=site.id, name=f"{marker} landmark", lat_deg=54.0, lon_deg=9.0, height_m=3.0
+    )
+    session.add_all([viewport, landmark])
+    session.flush()
+    ids = {"site_id": site.id, "camera_id": camera.id, "viewport_id": viewport.id}
+    ids |= {"landmark_id": landmark.id} | _ais(session, site, marker, mmsi)
+    image = _image(session, camera, viewport, marker)
+    box = GroundTruthBox(
+        site_id=site.id,
+        image_id=image.id,
+        x1_px=1.0,
+        y1_px=1.0,
+        x2_px=2.0,
+        y2_px=2.0,
+        vessel_class=VesselClass.SHIP,
+    )
+    session.add(box)
+    session.flush()
+    run_ids = _run(session, site, viewport, image, marker, mmsi)
+    return ids | {"image_id": image.id, "box_id": box.id} | run_ids
+
+
+def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]:
+    file = AisFile(
+        site_id=site.id,
+        sha256=f"{mmsi:064d}",
+        file_name=f"{marker}.csv",
+        format="table",
+        size_bytes=1,
+        accounting={},
+    )
+    session.add(file)
+    session.flush()
+    moment = now()
+    session.add(
+        AisPosition(
+            site_id=site.id,
+            file_id=file.id,
+            mmsi=mmsi,
+            fix_time=moment,
+            received_at=moment,
+            lat_deg=54.0,
+            lon_deg=9.0,
+        )
+    )
+    session.add(Vessel(mmsi=mmsi, name=f"{marker} ship", first_seen_at=moment, last_seen_at=moment))
+    session.flush()
+    return {"file_id": file.id, "mmsi": mmsi}
+
+
+def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) -> Image:
+    image = Image(
+        site_id=camera.site_id,
+        camera_id=camera.id,
+        viewport_id=viewport.id,
+        sha256=f"{camera.id:064d}",
+        media_type="image/jpeg",
+        file_name=f"{marker}.jpg",
+        size_bytes=1,
+        width_px=640,
+        height_px=480,
+        captured_at=now(),
+        captured_at_source=CaptureTimeSource.GIVEN,
+    )
+    session.add(image)
+    session.flush()
+    return image
+
+
+def _run(
+    session: Session, site: Site, viewport: Viewport, image: Image, marker: str, mmsi: int
+) -> dict[str, int]:
+    model = Model(
+        name=f"{marker} model",
+        family="imported",
+        sha256=f"{site.id:064d}",
+        size_bytes=0,
+        status=ModelStatus.READY,
+    )
+    registration = Registration(
+        viewport_id=viewport.id,
+        method=RegistrationMethod.GIVEN,
+        rotation=[0.0, 0.0, 0.0],
+        center_lat_deg=54.0,
+        center_lon_deg=9.0,
+        center_height_m=20.0,
+        intrinsics=INTRINSICS,
+    )
+    found = DetectionSet(
+        image_sha256=image.sha256, model_sha256=model.sha256, settings_sha256="0" * 64
+    )
+    session.add_all([model, registration, found])
+    session.flush()
+    detection = Detection(
+        detection_set_id=found.id,
+        x1_px=1.0,
+        y1_px=1.0,
+        x2_px=2.0,
+        y2_px=2.0,
+        score=1.0,
+        class_id=8,
+    )
+    run = Run(
+        site_id=site.id,
+        viewport_id=viewport.id,
+        registration_id=registration.id,
+        model_id=model.id,
+        name=f"{marker} run",
+        preset="paper",
+        parameters={},
+        code_version="1",
+        workflow_id=f"run-of-{marker}",
+        image_count=1,
+    )
+    export = Export(
+        format="coco",
+        filters={},
+        site_ids=[site.id],
+        anonymise=True,
+        workflow_id=f"export-of-{marker}",
+    )
+    session.add_all([detection, run, export])
+    session.flush()
+    pose = _pose(session, run, image, detection, mmsi)
+    return {
+        "model_id": model.id,
+        "registration_id": registration.id,
+        "run_id": run.id,
+        "export_id": export.id,
+        "pose_id": pose.id,
+        "detection_id": detection.id,
+    }
+
+
+def _pose(session: Session, run: Run, image: Image, detection: Detection, mmsi: int) -> Pose:
+    state = VesselStateRow(
+        run_id=run.id,
+        image_id=image.id,
+        mmsi=mmsi,
+        lat_deg=54.0,
+        lon_deg=9.0,
+        heading_deg=0.0,
+        heading_source="heading",
+        speed_kn=0.0,
+        age_s=0.0,
+        to_bow_m=10.0,
+        to_stern_m=10.0,
+        to_port_m=2.0,
+        to_starboard_m=2.0,
+        report_ids=[],
+        outcome="matched",
+        segments_px={},
+    )
+    session.add_all([state, RunImage(run_id=run.id, image_id=image.id, position=0)])
+    session.flush()
+    match = Match(
+        run_id=run.id,
+        detection_id=detection.id,
+        vessel_state_id=state.id,
+        cost=1.0,
+        cost_terms={},
+    )
+    session.add(match)
+    session.flush()
+    pose = Pose(
+        run_id=run.id,
+        image_id=image.id,
+        match_id=match.id,
+        mmsi=mmsi,
+        lat_deg=54.0,
+        lon_deg=9.0,
+        center_height_m=2.0,
+        heading_deg=0.0,
+        centroid_in_cam_m=[0.0, 0.0, 100.0],
+        rotvec_cam_from_vessel=[0.0, 0.0, 0.0],
+        length_m=20.0,
+        width_m=4.0,
+        height_m=4.0,
+        corners_in_image_px=[[0.0, 0.0]] * 8,
+        corrected_segment_px=[[0.0, 0.0]] * 4,
+        correction_in_enu_m=[0.0, 0.0, 0.0],
+        flags=[],
+    )
+    session.add(pose)
+    session.flush()
+    return pose
