@@ -10,7 +10,7 @@ PYTHON ?= python3
 UV := PYTHONPATH= .tools/bin/uv
 BIN := .venv/bin
 SOURCES := app worker tests benchmarks migrations hatch_build.py
-FRONTEND := $(shell find static/src -type f 2>/dev/null) vite.config.ts tsconfig.json
+FRONTEND := $(shell find static/src -type f ! -name api-types.ts 2>/dev/null) vite.config.ts tsconfig.json
 
 export UV_COMPILE_BYTECODE := 1
 export UV_LINK_MODE := copy
@@ -39,6 +39,10 @@ check: build ## Lint, types, import rules, licences, rendered pages
 	$(BIN)/ruff format --check $(SOURCES)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	@mkdir -p var
+	$(BIN)/python -c 'import json; from app.main import create_app; print(json.dumps(create_app().openapi()))' \
+		> var/openapi.json
+	npm run --silent api-types
 	npm run --silent check
 	$(BIN)/python tests/check_licences.py
 	$(BIN)/python tests/check_pages.py

@@ -3,7 +3,7 @@ import { defineConfig } from "eslint/config";
 import tseslint from "typescript-eslint";
 
 export default defineConfig(
-  { ignores: ["static/dist/", "**/*.mjs", ".venv/", ".tools/", "var/"] },
+  { ignores: ["static/dist/", "static/src/api-types.ts", "**/*.mjs", ".venv/", ".tools/", "var/"] },
   ...tseslint.configs.strictTypeChecked,
   ...tseslint.configs.stylisticTypeChecked,
   {

@@ -33,9 +33,10 @@ export class FactsPanel {
 
   private showCost(pose: Pose): void {
     part(this.root, "cost").textContent = number(pose.cost, 3);
-    const largest = Math.max(1e-9, ...Object.values(pose.cost_terms).map(Math.abs));
+    const terms = Object.entries(pose.cost_terms).map(([name, value]) => [name, Number(value)] as const);
+    const largest = Math.max(1e-9, ...terms.map(([, value]) => Math.abs(value)));
     part(this.root, "cost-terms").replaceChildren(
-      ...Object.entries(pose.cost_terms).map(([name, value]) => costTerm(name, value, largest)),
+      ...terms.map(([name, value]) => costTerm(name, value, largest)),
     );
   }
 

@@ -13,6 +13,6 @@ export async function* loadPoses(runId: number): AsyncGenerator<readonly Pose[]>
     }
     const page = (await call(`/api/v1/poses?${query.toString()}`)) as PosePage;
     yield page.items;
-    cursor = page.next_cursor;
+    cursor = page.next_cursor ?? null;
   } while (cursor !== null);
 }

@@ -28,15 +28,17 @@ export function aPose({ id, imageId, grade = null, detection, corners }: Varied)
       height_px: 1920,
       captured_at: "2026-11-22T10:00:05Z",
       file_name: "quay.jpg",
+      sha256: "abc",
     },
     vessel: { mmsi: 211111111, name: null, ship_type: 52 },
-    detection: detection ?? { x1_px: 1178, y1_px: 808, x2_px: 1507, y2_px: 955, score: 0.9 },
+    detection: detection ?? { id, x1_px: 1178, y1_px: 808, x2_px: 1507, y2_px: 955, score: 0.9 },
     cost: 0.12,
     cost_terms: { center_x: 0.05, bottom: 0.03, width: 0.04 },
     position: { lat_deg: 53.53972, lon_deg: 9.980115, height_m: 45.2 },
     heading_deg: 112,
     heading_source: "reported",
     centroid_in_cam_m: [8.4, -2.9, 357.6],
+    rotvec_cam_from_vessel: [0.27, 2.16, -1.99],
     length_m: 19,
     width_m: 7,
     height_m: 7.6,
@@ -47,7 +49,24 @@ export function aPose({ id, imageId, grade = null, detection, corners }: Varied)
     segments_px: { reported: SEGMENT, dead_reckoned: SEGMENT, corrected: SEGMENT },
     correction_in_enu_m: [1.2, -0.4, 0],
     report_age_s: 1.5,
+    speed_kn: 9.7,
     flags: [],
-    review: grade === null ? null : { grade, user: "ada@example.org" },
+    review: grade === null ? null : aReview(id, grade),
+  };
+}
+
+function aReview(poseId: number, grade: Grade): NonNullable<Pose["review"]> {
+  return {
+    id: poseId,
+    pose_id: poseId,
+    grade,
+    reasons: [],
+    comment: null,
+    seconds: 1.2,
+    guideline_version: 1,
+    inherited: false,
+    user: "ada@example.org",
+    created_at: "2026-11-22T11:00:00Z",
+    replaced_at: null,
   };
 }

@@ -2,8 +2,8 @@ import { describe, expect, it } from "vitest";
 import { drawn, extent, poseAt, vesselName } from "./pose";
 import { aPose } from "./pose.fixture";
 
-const SMALL = { x1_px: 1300, y1_px: 850, x2_px: 1340, y2_px: 870, score: 0.5 };
-const OUT_OF_SIGHT = Array.from({ length: 8 }, () => [null, null] as const);
+const SMALL = { x1_px: 1300, y1_px: 850, x2_px: 1340, y2_px: 870, score: 0.5, id: 1 };
+const OUT_OF_SIGHT = Array.from({ length: 8 }, () => null);
 
 describe("a pose in the image", () => {
   it("extends over detection and projected box together", () => {

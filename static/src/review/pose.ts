@@ -1,9 +1,14 @@
 /** Poses and reviews as the REST interface gives them (GET /poses, POST /poses/{id}/reviews). */
+import type { components } from "../api-types";
 import type { DrawnPose } from "../viewer/overlay/pose-overlay";
 import { boundsOf, union, type Point, type Rect } from "../viewer/view";
 
-export const GRADES = ["good", "ok", "bad", "wrong"] as const;
-export type Grade = (typeof GRADES)[number];
+type Schemas = components["schemas"];
+export type Pose = Schemas["PoseOut"];
+export type PosePage = Schemas["Page_PoseOut_"];
+export type Grade = Schemas["Grade"];
+
+export const GRADES: readonly Grade[] = ["good", "ok", "bad", "wrong"];
 
 export const GRADE_NAMES: Readonly<Record<Grade, string>> = {
   good: "Good",
@@ -12,62 +17,8 @@ export const GRADE_NAMES: Readonly<Record<Grade, string>> = {
   wrong: "Wrong match",
 };
 
-/** A point in the image; null coordinates stand for a point that cannot be projected. */
-type MaybePoint = readonly [number | null, number | null];
-
-export interface PoseImage {
-  readonly id: number;
-  readonly file_url: string;
-  readonly preview_url: string;
-  readonly width_px: number;
-  readonly height_px: number;
-  readonly captured_at: string;
-  readonly file_name: string;
-}
-
-export interface Pose {
-  readonly id: number;
-  readonly run_id: number;
-  readonly image: PoseImage;
-  readonly vessel: {
-    readonly mmsi: number;
-    readonly name: string | null;
-    readonly ship_type: number | string | null;
-  };
-  readonly detection: {
-    readonly x1_px: number;
-    readonly y1_px: number;
-    readonly x2_px: number;
-    readonly y2_px: number;
-    readonly score: number;
-  };
-  readonly cost: number;
-  readonly cost_terms: Readonly<Record<string, number>>;
-  readonly position: {
-    readonly lat_deg: number;
-    readonly lon_deg: number;
-    readonly height_m: number;
-  };
-  readonly heading_deg: number;
-  readonly heading_source: string;
-  readonly centroid_in_cam_m: readonly number[];
-  readonly length_m: number;
-  readonly width_m: number;
-  readonly height_m: number;
-  readonly corners_in_image_px: readonly MaybePoint[];
-  readonly segments_px: Readonly<
-    Record<"reported" | "dead_reckoned" | "corrected", readonly MaybePoint[] | null>
-  >;
-  readonly correction_in_enu_m: readonly number[];
-  readonly report_age_s: number | null;
-  readonly flags: readonly string[];
-  readonly review: { readonly grade: Grade; readonly user: string | null } | null;
-}
-
-export interface PosePage {
-  readonly items: readonly Pose[];
-  readonly next_cursor: string | null;
-}
+/** A point in the image as REST gives it: null where it cannot be projected. */
+type MaybePoint = readonly number[] | null;
 
 export function vesselName(pose: Pose): string {
   const name = pose.vessel.name?.trim() ?? "";
@@ -114,6 +65,6 @@ export function poseAt(poses: readonly Pose[], [u, v]: Point): Pose | null {
   return under.sort((a, b) => area(extent(a)) - area(extent(b)))[0] ?? null;
 }
 
-function points(values: readonly MaybePoint[] | null): Point[] {
-  return (values ?? []).map(([u, v]) => [u ?? Number.NaN, v ?? Number.NaN]);
+function points(values: readonly MaybePoint[]): Point[] {
+  return values.map((value) => [value?.[0] ?? Number.NaN, value?.[1] ?? Number.NaN]);
 }

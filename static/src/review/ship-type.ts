@@ -27,10 +27,9 @@ const BY_TENS: ReadonlyMap<number, string> = new Map([
 ]);
 
 /** Null where the vessel does not say what it is. */
-export function shipType(value: number | string | null): string | null {
-  const code = typeof value === "string" ? Number(value) : value;
-  if (code === null || Number.isNaN(code)) {
-    return typeof value === "string" && value !== "" ? value : null;
+export function shipType(code: number | null): string | null {
+  if (code === null) {
+    return null;
   }
   return EXACT.get(code) ?? BY_TENS.get(Math.floor(code / 10)) ?? null;
 }

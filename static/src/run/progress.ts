@@ -1,15 +1,17 @@
 /** How far a run is, as the server tells it and as people read it. */
+import type { components } from "../api-types";
 import { duration, number } from "../format";
 
-export interface RunProgress {
-  readonly status: string;
-  readonly images_done: number;
-  readonly images_total: number;
-  readonly images_per_s: number | null;
-  readonly remaining_s: number | null;
-  readonly poses: number;
-  readonly detections: number;
-}
+export type RunProgress = Pick<
+  components["schemas"]["RunOut"],
+  | "status"
+  | "images_done"
+  | "images_total"
+  | "images_per_s"
+  | "remaining_s"
+  | "poses"
+  | "detections"
+>;
 
 const ENDED: ReadonlySet<string> = new Set(["succeeded", "failed", "cancelled"]);
 
