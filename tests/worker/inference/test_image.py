@@ -1,0 +1,47 @@
+"""Photographs into pixels."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from worker.inference.image import decode_image
+
+
+def test_pixels_are_those_stored_whatever_exif_says() -> None:
+    """An EXIF rotation is not applied: keypoints refer to stored pixels."""
+    picture = Image.new("RGB", (64, 32), (255, 0, 0))
+    exif = Image.Exif()
+    exif[0x0112] = 6  # to be turned by 90 degrees
+    file = io.BytesIO()
+    picture.save(file, "JPEG", exif=exif)
+    image = decode_image(file.getvalue())
+    assert image.shape == (32, 64, 3)
+    assert image[0, 0].argmax() == 2  # red is last: BGR
+
+
+@pytest.mark.parametrize("kind", ["PNG", "TIFF", "WEBP"])
+def test_other_formats_and_grey_images_become_bgr(kind: str) -> None:
+    """Whatever an image is stored as, it arrives as three channels of 8 bits."""
+    file = io.BytesIO()
+    Image.new("L", (8, 4), 77).save(file, kind, lossless=True)
+    image = decode_image(file.getvalue())
+    assert image.dtype == np.uint8
+    assert (image == np.full((4, 8, 3), 77)).all()
+
+
+@pytest.mark.parametrize("data", [b"", b"<html></html>", b"\xff\xd8\xff\xe0 no jpeg"])
+def test_what_is_no_image_is_an_error(data: bytes) -> None:
+    """Bytes that are no image raise instead of giving an empty array."""
+    with pytest.raises(ValueError, match="cannot be decoded"):
+        decode_image(data)
+
+
+def test_a_photograph_agrees_with_another_decoder(shared_dir: Path) -> None:
+    """A real photograph has the same pixels as Pillow reads, to the rounding of JPEG decoders."""
+    path = shared_dir / "real/bonk/image/00139255c1d7dd9c.jpg"
+    ours = decode_image(path.read_bytes())
+    theirs = np.asarray(Image.open(path).convert("RGB"))[:, :, ::-1]
+    assert np.abs(ours.astype(int) - theirs).mean() < 0.5
