@@ -42,6 +42,8 @@ def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
             log_level="warning" if quiet else "info",
             access_log=False,
             server_header=False,
+            # Beyond what we answer ourselves (app/auth/hosts.py), the server cuts the line.
+            h11_max_incomplete_event_size=256 * 1024,
             timeout_graceful_shutdown=3,
         )
     )
