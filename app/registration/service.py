@@ -86,10 +86,12 @@ def _settle_times(session: Session, viewport: Viewport, camera: CameraRow) -> No
         sites.lock_camera(session, camera.id)
         other = repository.overlapping(session, camera.id, viewport.id, begin, end)
     if other is not None:
+        begin_words = _words(other.valid_from, "ever")
+        end_words = _words(other.valid_until, "further notice")
         message = (
-            f"overlaps with viewport {other.name!r} (id {other.id}), valid from "
-            f"{_words(other.valid_from, 'ever')} until "
-            f"{_words(other.valid_until, 'further notice')}; a camera points one way at a time, so end that one first or choose other times"
+            f"overlaps with viewport {other.name!r} (id {other.id}), valid from {begin_words} "
+            f"until {end_words}; a camera points one way at a time, so end that one first or "
+            "choose other times"
         )
         raise Conflict(f"it {message}", fields=(FieldError("valid_from", message),))
     flush_named(session, f"this camera already has a viewport named {viewport.name!r}")
