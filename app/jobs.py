@@ -133,9 +133,7 @@ class JobRunner:
             run_migrations=False,
         )
 
-    def register(
-        self, name: str, do: Callable[..., None], fail: Callable[..., None]
-    ) -> None:
+    def register(self, name: str, do: Callable[..., None], fail: Callable[..., None]) -> None:
         """Make a function the body of the jobs with this name; before `launch`.
 
         When it raises, `fail(reason, *arguments)` is a last step that tells the user.
@@ -145,7 +143,11 @@ class JobRunner:
             try:
                 do(*arguments)
             except Exception as error:
-                reason = error.detail if isinstance(error, AppError) else f"{type(error).__name__}: {error}"
+                reason = (
+                    error.detail
+                    if isinstance(error, AppError)
+                    else f"{type(error).__name__}: {error}"
+                )
                 log.exception("job failed", job=name, arguments=arguments)
                 self.step("fail", fail, reason, *arguments)
                 raise

@@ -4,6 +4,7 @@ import argparse
 import sys
 
 from app.config import get_settings
+from app.logs import configure_logs
 from worker.main import supervise, work
 
 
@@ -13,6 +14,7 @@ def main() -> int:
     parser.add_argument("--concurrency", type=int, default=0, help="processes; 0: the setting")
     parser.add_argument("--parent-pid", type=int, default=0, help="end when this process ends")
     arguments = parser.parse_args()
+    configure_logs()
     settings = get_settings()
     count = arguments.concurrency or settings.worker_concurrency
     if count > 1:

@@ -17,6 +17,7 @@ from types import FrameType
 
 import structlog
 
+from app import schema
 from app.config import Settings
 from app.db import Database
 from app.jobs import JobRunner
@@ -33,6 +34,10 @@ def work(settings: Settings, parent_pid: int) -> int:
     stop = threading.Event()
     _stop_on_signals(stop)
     database = Database(settings.database_url)
+    current, head = schema.current_revision(database), schema.head_revision()
+    if current != head:
+        log.error("run `quaymark db upgrade` first", database=current, needed=head)
+        return 1
     runner = JobRunner(settings.database_url, executor_id, concurrency=1)
     give_up = register_tasks(runner, database, settings)
     presence = Presence(database, runner, settings, executor_id, give_up)

@@ -8,6 +8,7 @@ from app import schema
 from app.config import Settings
 from app.db import Database
 from app.errors import AppError
+from app.logs import configure_logs
 from app.main import create_app
 
 
@@ -27,15 +28,12 @@ def listening_socket(host: str, port: int) -> socket.socket:
 
 
 def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
-    """Build the web server. Raises AppError when the database is not at this version."""
+    """Build the web server. Raises Conflict when the database is not at this version."""
     database = Database(settings.database_url)
-    current, head = schema.current_revision(database), schema.head_revision()
-    database.dispose()
-    if current != head:
-        raise AppError(
-            f"the database is at {current or 'nothing'}, this version needs {head}: "
-            "run `quaymark db upgrade`"
-        )
+    try:
+        schema.refuse_other_version(database)
+    finally:
+        database.dispose()
     return uvicorn.Server(
         uvicorn.Config(
             create_app(settings),
@@ -51,5 +49,6 @@ def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
 
 def serve(settings: Settings, host: str, port: int) -> None:
     """Serve until SIGINT or SIGTERM."""
+    configure_logs()
     server = make_server(settings)
     server.run(sockets=[listening_socket(host, port)])

@@ -1,37 +1,16 @@
 """The main job on a real photograph, with real weights, from upload to pose, over REST alone."""
 
-import json
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from app.domain.geodesy import EnuFrame, Geodetic
+from tests.factories.norderelbe import CAPTURED_AT, IMAGE, MMSI, Published
 from tests.worker_process import WorkerProcess, wait_until
-
-IMAGE = "00139255c1d7dd9c"
-MMSI = 211234560
-CAPTURED_AT = datetime(2022, 7, 14, 10, 20, 30, tzinfo=UTC)
-
-
-def given_registration(camera: dict[str, Any], origin: Geodetic) -> dict[str, Any]:
-    """Turn the published extrinsics (geocentric) into those of a site's ENU frame."""
-    rotation = np.array(camera["R_cam_from_ecef"]) @ EnuFrame(origin).R_enu_from_ecef.T
-    rotvec, _ = cv2.Rodrigues(rotation)
-    return {
-        "method": "given",
-        "rotation": rotvec.ravel().tolist(),
-        "center": {
-            "lat_deg": camera["center_lat_deg"],
-            "lon_deg": camera["center_lon_deg"],
-            "height_m": camera["center_height_m"],
-        },
-    }
 
 
 def ais_csv(vessel: dict[str, Any]) -> str:
@@ -59,10 +38,9 @@ def test_a_real_photograph_becomes_a_pose_of_its_vessel(
     client: TestClient, start_worker: Callable[..., WorkerProcess], shared_dir: Path
 ) -> None:
     """A photograph, its camera and its AIS report become the published pose, within 5 m."""
-    bonk = shared_dir / "real" / "bonk"
-    camera = json.loads((bonk / "camera.json").read_text())
-    label = json.loads((bonk / "label" / f"{IMAGE}.json").read_text())
-    origin = Geodetic(camera["center_lat_deg"], camera["center_lon_deg"], 0.0)
+    published = Published.read(shared_dir)
+    camera, origin = published.camera, published.origin
+    vessel = published.label["vessels"][0]
     start_worker()
 
     site = created(
@@ -94,31 +72,37 @@ def test_a_real_photograph_becomes_a_pose_of_its_vessel(
     created(
         client.post(
             f"/api/v1/viewports/{viewport['id']}/registrations",
-            json=given_registration(camera, origin),
+            json={
+                "method": "given",
+                "rotation": published.rotation_cam_from_enu(),
+                "center": {
+                    "lat_deg": camera["center_lat_deg"],
+                    "lon_deg": camera["center_lon_deg"],
+                    "height_m": camera["center_height_m"],
+                },
+            },
         )
     )
-    with (bonk / "image" / f"{IMAGE}.jpg").open("rb") as photograph:
-        image = created(
-            client.post(
-                "/api/v1/images",
-                files={"file": (f"{IMAGE}.jpg", photograph)},
-                data={"camera_id": registered["id"], "captured_at": CAPTURED_AT.isoformat()},
-            )
+    image = created(
+        client.post(
+            "/api/v1/images",
+            files={"file": (f"{IMAGE}.jpg", published.photograph)},
+            data={"camera_id": registered["id"], "captured_at": CAPTURED_AT.isoformat()},
         )
+    )
     created(
         client.post(
             "/api/v1/ais/files",
-            files={"file": ("heard.csv", ais_csv(label["vessels"][0]).encode())},
+            files={"file": ("heard.csv", ais_csv(vessel).encode())},
         )
     )
-    with (shared_dir / "models" / "yolox_nano.onnx").open("rb") as weights:
-        model = created(
-            client.post(
-                "/api/v1/models",
-                files={"file": ("yolox_nano.onnx", weights)},
-                data={"name": "yolox-nano", "family": "yolox"},
-            )
+    model = created(
+        client.post(
+            "/api/v1/models",
+            files={"file": ("yolox_nano.onnx", published.weights)},
+            data={"name": "yolox-nano", "family": "yolox"},
         )
+    )
     wait_until(
         lambda: client.get(f"/api/v1/models/{model['id']}").json()["status"] == "ready",
         what="a ready model",
@@ -137,7 +121,7 @@ def test_a_real_photograph_becomes_a_pose_of_its_vessel(
     assert pose["image"]["id"] == image["id"]
     assert pose["vessel"]["name"] == "HARBOUR FERRY"
     # Across and along the view; the vertical axis carries the water level's error.
-    published = np.array(label["objects"][0]["position"]["centroid"])
+    published = np.array(published.label["objects"][0]["position"]["centroid"])
     apart = np.array(pose["centroid_in_cam_m"]) - published
     up_in_cam = np.array(camera["R_cam_from_local_enu"])[:, 2]
     horizontal_m = np.linalg.norm(apart - (apart @ up_in_cam) * up_in_cam)
