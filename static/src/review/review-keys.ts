@@ -2,6 +2,9 @@
 import type { ViewKeys } from "../viewer/gestures/view-keys";
 import { actionOf, isTyping, type Action } from "./keymap";
 
+/** Where the arrows scroll instead of moving the view. */
+const SCROLLING = "[data-part=panel]";
+
 export class ReviewKeys {
   constructor(
     private readonly viewKeys: ViewKeys,
@@ -25,7 +28,9 @@ export class ReviewKeys {
     }
     const action = actionOf(event);
     if (action === null) {
-      if (!event.ctrlKey && !event.altKey && !event.metaKey && this.viewKeys.handle(event)) {
+      const scrolls = target.closest(SCROLLING) !== null && event.key.startsWith("Arrow");
+      const isChord = event.ctrlKey || event.altKey || event.metaKey;
+      if (!isChord && !scrolls && this.viewKeys.handle(event)) {
         event.preventDefault();
       }
       return;
