@@ -10,10 +10,16 @@ export function enableFlashes(root: Document): void {
   });
 }
 
-/** Shows a message in the page's flash area; an error is announced at once. */
+/** Shows a message in the page's flash area, once however often it is said; errors are announced. */
 export function showFlash(message: string, tone: Tone): void {
   const area = document.querySelector("[data-flashes]");
   if (area === null) {
+    return;
+  }
+  const isThere = [...area.querySelectorAll(".flash > div")].some(
+    (shown) => shown.textContent === message,
+  );
+  if (isThere) {
     return;
   }
   const flash = document.createElement("div");

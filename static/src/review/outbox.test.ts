@@ -125,7 +125,7 @@ describe("the outbox of grades", () => {
     await idle;
     expect(received).toHaveLength(3);
     expect(new Set(received.map(({ key }) => key)).size).toBe(1);
-    expect(states).toContain("offline");
+    expect(states).toEqual(["sending", "offline", "offline", "idle"]);
   });
 
   it("keeps a grade for a page opened later when this one was closed before an answer", async () => {

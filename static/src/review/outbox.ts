@@ -36,6 +36,8 @@ const LONGEST_DELAY_MS = 15_000;
 export class Outbox {
   private readonly waiting: PendingReview[];
   private running = false;
+  /** The last attempt got no answer that settles it: what is shown stays until one does. */
+  private failing = false;
   private delayMs = FIRST_DELAY_MS;
   private wake: (() => void) | null = null;
   private lastOrder = 0;
@@ -97,7 +99,9 @@ export class Outbox {
   }
 
   private async deliver(review: PendingReview): Promise<void> {
-    this.events.onChange("sending", this.waiting.length);
+    if (!this.failing) {
+      this.events.onChange("sending", this.waiting.length);
+    }
     try {
       await this.send(review);
       this.settle(review);
@@ -107,6 +111,7 @@ export class Outbox {
         this.events.onRefused(review, error);
         return;
       }
+      this.failing = true;
       const signedOut = error instanceof ApiProblem && error.status === 401;
       this.events.onChange(signedOut ? "signed-out" : "offline", this.waiting.length);
       await this.pause();
@@ -117,6 +122,7 @@ export class Outbox {
     this.waiting.splice(this.waiting.indexOf(review), 1);
     this.store.removeItem(PREFIX + review.key);
     this.delayMs = FIRST_DELAY_MS;
+    this.failing = false;
   }
 
   private async pause(): Promise<void> {

@@ -2,16 +2,16 @@
 import type { OutboxState } from "./outbox";
 
 export function syncText(state: OutboxState, waiting: number): string {
-  const kept = waiting === 1 ? "1 grade is kept here" : `${waiting} grades are kept here`;
+  const kept = waiting === 1 ? "1 grade kept here" : `${waiting} grades kept here`;
   switch (state) {
     case "idle":
       return "All grades saved";
     case "sending":
       return waiting > 3 ? `Saving ${waiting} grades` : "Saving";
     case "offline":
-      return `No connection: ${kept} and sent again`;
+      return `No connection, ${kept}`;
     case "signed-out":
-      return `Signed out: ${kept} until you sign in again`;
+      return `Signed out, ${kept}`;
   }
 }
 
