@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 from fastapi.responses import RedirectResponse
+from sqlalchemy.orm import Session
 
 from app.ais import actions, service
 from app.ais.drawing import HEIGHT_PX, WIDTH_PX, draw
@@ -13,6 +14,7 @@ from app.dependencies import DatabaseDep, SessionDep, SettingsDep, StorageDep
 from app.errors import AppError
 from app.paging import Paging, decode_cursor
 from app.sites import service as sites
+from app.tables.ais import AisFile
 from app.tables.sites import Site
 from app.templating import page
 
@@ -38,14 +40,7 @@ def show_ais(
     flashes = []
     if imported is not None:
         file = service.get_file(session, access.site_ids(Scope.READ), imported)
-        counts = file.accounting["messages"]
-        flashes.append(
-            {
-                "message": f"{file.file_name}: {counts['positions']:,} positions and "
-                f"{counts['statics']:,} static reports of {file.accounting['vessels']:,} vessels.",
-                "tone": "success",
-            }
-        )
+        flashes.append({"message": _what_came(file), "tone": "success"})
     return _page(request, session, access, search=q, cursor=cursor, flashes=flashes)
 
 
@@ -66,7 +61,8 @@ def import_file(
         imported = actions.import_upload(database, session, storage, settings, access, file, wanted)
     except AppError as error:
         session.rollback()
-        return _page(request, session, access, site_id=site_id, error=error)
+        with database.reading() as reading:
+            return _page(request, reading, access, site_id=site_id, error=error)
     return RedirectResponse(f"/ais?imported={imported.file.id}", status_code=303)
 
 
@@ -105,9 +101,20 @@ def show_vessel(mmsi: int, request: Request, session: SessionDep, access: Reader
     )
 
 
+def _what_came(file: AisFile) -> str:
+    counts = file.accounting["messages"]
+    parts = (
+        (counts["positions"], "new position"),
+        (counts["statics"], "static report"),
+        (file.accounting["vessels"], "vessel"),
+    )
+    told = ", ".join(f"{count:,} {noun}{'' if count == 1 else 's'}" for count, noun in parts)
+    return f"{file.file_name}: {told}."
+
+
 def _page(
     request: Request,
-    session: SessionDep,
+    session: Session,
     access: Access,
     *,
     search: str = "",
@@ -140,12 +147,12 @@ def _page(
     )
 
 
-def _site_choices(session: SessionDep, access: Access) -> list[tuple[str, str]]:
+def _site_choices(session: Session, access: Access) -> list[tuple[str, str]]:
     own = [(str(site.id), site.name) for site in _sites(session, access.site_ids(Scope.INGEST))]
     shared = [(ALL_SITES, "All sites")] if access.may(Scope.INGEST, None) else []
     return [*shared, *own]
 
 
-def _sites(session: SessionDep, site_ids: frozenset[int] | None) -> list[Site]:
+def _sites(session: Session, site_ids: frozenset[int] | None) -> list[Site]:
     found, _ = sites.list_sites(session, site_ids, Paging(limit=1000, after=None))
     return list(found)

@@ -114,7 +114,7 @@ def _plain(stream: IO[bytes]) -> Iterator[bytes]:
 
 
 def _unpacked(stream: IO[bytes]) -> Iterator[bytes]:
-    with gzip.GzipFile(fileobj=stream) as unpacked:
+    with gzip.GzipFile(fileobj=stream, mode="rb") as unpacked:
         try:
             while chunk := unpacked.read(_CHUNK_BYTES):
                 yield chunk

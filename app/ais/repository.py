@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.ais.area import Area
 from app.ais.report_repository import Readable, visible, within
+from app.db import find
 from app.paging import Paging, fetch_page
 from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
 
@@ -30,8 +31,10 @@ def newest_files(session: Session, readable: Readable, count: int) -> Sequence[A
 
 def file(session: Session, readable: Readable, file_id: int) -> AisFile | None:
     """Return a file that the caller may read."""
-    statement = sa.select(AisFile).where(AisFile.id == file_id, visible(AisFile.site_id, readable))
-    return session.scalar(statement)
+    found = find(session, AisFile, file_id)
+    if found is None or readable is None or found.site_id is None or found.site_id in readable:
+        return found
+    return None
 
 
 def file_of_content(session: Session, sha256: str, site_id: int | None) -> AisFile | None:

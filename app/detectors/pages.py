@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Form, Request, Response, UploadFile
 from fastapi.responses import RedirectResponse
+from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import DatabaseDep, JobsDep, SessionDep, SettingsDep, StorageDep
@@ -26,6 +27,7 @@ def list_models(request: Request, session: SessionDep, access: Reader) -> Respon
 @router.post("/models")
 def add_model(
     request: Request,
+    database: DatabaseDep,
     session: SessionDep,
     storage: StorageDep,
     jobs: JobsDep,
@@ -40,7 +42,8 @@ def add_model(
         added = actions.add_upload(session, storage, jobs, settings, access, file, name, family)
     except AppError as error:
         session.rollback()
-        return _page(request, session, access, name=name, family=family, model_error=error)
+        with database.reading() as reading:
+            return _page(request, reading, access, name=name, family=family, model_error=error)
     return RedirectResponse(f"/models/{added.model.id}", status_code=303)
 
 
@@ -70,7 +73,8 @@ def import_detections(
         )
     except AppError as error:
         session.rollback()
-        return _page(request, session, access, boxes_name=name, boxes_error=error)
+        with database.reading() as reading:
+            return _page(request, reading, access, boxes_name=name, boxes_error=error)
     return RedirectResponse(f"/models/{outcome.model.id}", status_code=303)
 
 
@@ -82,20 +86,25 @@ def show_model(model_id: int, request: Request, session: SessionDep, access: Rea
 
 @router.post("/models/{model_id:int}/delete")
 def delete_model(
-    model_id: int, request: Request, session: SessionDep, access: Operator
+    model_id: int,
+    request: Request,
+    database: DatabaseDep,
+    session: SessionDep,
+    access: Operator,
 ) -> Response:
     """Remove a model that no run uses."""
     try:
         actions.delete_model(session, access, model_id)
     except AppError as error:
         session.rollback()
-        return _model_page(request, session, access, model_id, error=error)
+        with database.reading() as reading:
+            return _model_page(request, reading, access, model_id, error=error)
     return RedirectResponse("/models", status_code=303)
 
 
 def _page(
     request: Request,
-    session: SessionDep,
+    session: Session,
     access: Access,
     *,
     name: str = "",
@@ -125,7 +134,7 @@ def _page(
 
 def _model_page(
     request: Request,
-    session: SessionDep,
+    session: Session,
     access: Access,
     model_id: int,
     *,
