@@ -15,6 +15,7 @@ from app.tables.imagery import Image
 from app.tables.runs import Run
 
 _IDS_AT_ONCE = 500
+_LARGEST_IMAGE_ID = 2**31 - 1
 
 
 def model(session: Session, model_id: int) -> Model | None:
@@ -116,8 +117,9 @@ def first_pulled_sha256(session: Session, name: str) -> str | None:
 def images_by_id(session: Session, image_ids: Sequence[int]) -> dict[int, Image]:
     """Return the images with these ids, deleted ones left out."""
     found: dict[int, Image] = {}
-    for start in range(0, len(image_ids), _IDS_AT_ONCE):
-        wanted = image_ids[start : start + _IDS_AT_ONCE]
+    known = [image_id for image_id in image_ids if image_id <= _LARGEST_IMAGE_ID]
+    for start in range(0, len(known), _IDS_AT_ONCE):
+        wanted = known[start : start + _IDS_AT_ONCE]
         statement = sa.select(Image).where(Image.id.in_(wanted), Image.deleted_at.is_(None))
         found |= {image.id: image for image in session.scalars(statement)}
     return found
