@@ -1,6 +1,6 @@
 """The SQL of images."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -129,6 +129,29 @@ def images_by_time(
 def count(session: Session, wanted: ImageFilter) -> int:
     """Count images."""
     return session.scalar(wanted.apply(sa.select(sa.func.count()).select_from(Image))) or 0
+
+
+@dataclass(frozen=True, slots=True)
+class ImageSpan:
+    """How many images there are, and when the first and the last were taken."""
+
+    count: int
+    first_at: datetime | None
+    last_at: datetime | None
+
+
+def spans(
+    session: Session, group: sa.orm.InstrumentedAttribute[Any], ids: Iterable[int]
+) -> dict[int, ImageSpan]:
+    """Count the images of cameras or viewports (`group` is a column of Image), with their span."""
+    statement = (
+        sa.select(
+            group, sa.func.count(), sa.func.min(Image.captured_at), sa.func.max(Image.captured_at)
+        )
+        .where(group.in_(list(ids)), Image.deleted_at.is_(None))
+        .group_by(group)
+    )
+    return {row[0]: ImageSpan(row[1], row[2], row[3]) for row in session.execute(statement)}
 
 
 def neighbour(session: Session, image: Image, *, later: bool) -> int | None:

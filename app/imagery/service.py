@@ -6,7 +6,7 @@ happens before the first statement that writes.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import IO
@@ -20,7 +20,7 @@ from app.imagery import photo, repository
 from app.imagery.captured import captured_at as moment_of
 from app.imagery.names import tidy
 from app.imagery.preview import make_preview
-from app.imagery.repository import ImageFilter
+from app.imagery.repository import ImageFilter, ImageSpan
 from app.paging import Paging
 from app.sites import service as sites
 from app.storage import Storage
@@ -170,6 +170,16 @@ def images_by_time(
 def count_images(session: Session, wanted: ImageFilter) -> int:
     """Count images."""
     return repository.count(session, wanted)
+
+
+def spans_of_cameras(session: Session, camera_ids: Iterable[int]) -> dict[int, ImageSpan]:
+    """Return, by camera, how many images there are and from when to when."""
+    return repository.spans(session, Image.camera_id, camera_ids)
+
+
+def spans_of_viewports(session: Session, viewport_ids: Iterable[int]) -> dict[int, ImageSpan]:
+    """Return, by viewport, how many images there are and from when to when."""
+    return repository.spans(session, Image.viewport_id, viewport_ids)
 
 
 def neighbours(session: Session, image: Image) -> tuple[int | None, int | None]:

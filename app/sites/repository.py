@@ -1,16 +1,28 @@
 """The SQL of sites and cameras."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import sqlalchemy as sa
 from sqlalchemy.orm import Session, joinedload
 
 from app.db import find
 from app.paging import Paging, fetch_page
+from app.tables.ais import AisFile
 from app.tables.imagery import Image
 from app.tables.registration import Registration
 from app.tables.runs import Run
 from app.tables.sites import Camera, Site, Viewport
+
+
+@dataclass(frozen=True, slots=True)
+class SiteCounts:
+    """How much there is on a site."""
+
+    cameras: int
+    images: int
+    ais_files: int
+    runs: int
 
 
 def site(session: Session, site_id: int) -> Site | None:
@@ -97,3 +109,31 @@ def count_runs(
             Viewport.camera_id == camera_id
         )
     return session.scalar(statement) or 0
+
+
+def site_counts(session: Session, site_ids: Iterable[int]) -> dict[int, SiteCounts]:
+    """Count what there is on sites: cameras, images, AIS recordings (shared ones too), runs."""
+    ids = list(site_ids)
+    cameras = _by_site(session, Camera.site_id, Camera.site_id.in_(ids))
+    images = _by_site(session, Image.site_id, Image.site_id.in_(ids), Image.deleted_at.is_(None))
+    files = _by_site(session, AisFile.site_id)
+    runs = _by_site(session, Run.site_id, Run.site_id.in_(ids))
+    shared = files.get(None, 0)
+    return {
+        site_id: SiteCounts(
+            cameras.get(site_id, 0),
+            images.get(site_id, 0),
+            files.get(site_id, 0) + shared,
+            runs.get(site_id, 0),
+        )
+        for site_id in ids
+    }
+
+
+def _by_site(
+    session: Session,
+    site_id: sa.orm.InstrumentedAttribute[int] | sa.orm.InstrumentedAttribute[int | None],
+    *conditions: sa.ColumnElement[bool],
+) -> dict[int | None, int]:
+    statement = sa.select(site_id, sa.func.count()).where(*conditions).group_by(site_id)
+    return {row[0]: row[1] for row in session.execute(statement)}

@@ -4,7 +4,7 @@ A site's origin carries the frame its registrations are expressed in, and a came
 what its photographs were checked against; both stay as they are once something depends on them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
@@ -13,6 +13,7 @@ from sqlalchemy.orm.exc import StaleDataError
 from app.errors import Conflict, FieldError, NotFound, PreconditionFailed
 from app.paging import Paging
 from app.sites import repository
+from app.sites.repository import SiteCounts
 from app.sites.schemas import CameraIn, CameraPatch, SiteIn, SitePatch
 from app.tables.sites import Camera, Site
 
@@ -57,6 +58,11 @@ def list_cameras(
 ) -> tuple[Sequence[Camera], str | None]:
     """Return a page of the cameras of the sites `site_ids` (None: all), or of one among them."""
     return repository.cameras(session, site_ids, site_id, paging)
+
+
+def site_counts(session: Session, site_ids: Iterable[int]) -> dict[int, SiteCounts]:
+    """Count what there is on sites."""
+    return repository.site_counts(session, site_ids)
 
 
 def create_site(session: Session, data: SiteIn) -> Site:
