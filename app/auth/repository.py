@@ -54,6 +54,11 @@ def list_users(session: Session, paging: Paging) -> tuple[Sequence[User], str | 
     return fetch_page(session, sa.select(User), User.id, paging)
 
 
+def all_users(session: Session) -> Sequence[User]:
+    """Return all people by address."""
+    return session.scalars(sa.select(User).order_by(User.email)).all()
+
+
 def list_tokens(
     session: Session, user_id: int | None, paging: Paging
 ) -> tuple[Sequence[ApiToken], str | None]:

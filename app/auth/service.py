@@ -196,3 +196,8 @@ def site_names(session: Session, access: Access) -> dict[int, str]:
 def all_site_names(session: Session) -> dict[int, str]:
     """Return the names of all sites by id, for an administrator's choice."""
     return repository.site_names(session)
+
+
+def site_id_named(session: Session, text: str) -> int | None:
+    """Return the id of the site with a name or, for a number, with that id; None for none."""
+    return repository.site_id_named(session, text)

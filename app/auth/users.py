@@ -104,6 +104,11 @@ def list_users(
     return repository.list_users(session, paging)
 
 
+def all_users(session: Session) -> Sequence[User]:
+    """Return all people by address, for the command line."""
+    return repository.all_users(session)
+
+
 def change_user(
     session: Session, user: User, change: UserChange, *, access: Access | None = None
 ) -> None:

@@ -3,17 +3,17 @@
 import os
 import subprocess
 import sys
-from typing import Annotated
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app import schema
-from app.config import get_settings
-from app.db import Database
 from app.errors import AppError, NotFound
 from app.locator import locate
-from app.operation.demo import run_demo
-from app.operation.serving import serve as serve_pages
+
+if TYPE_CHECKING:
+    from app.db import Database
 
 Host = Annotated[str, typer.Option(help="Address to listen at")]
 Port = Annotated[int, typer.Option(help="Port to listen at")]
@@ -34,6 +34,9 @@ def register(cli: typer.Typer) -> None:
 
 def serve(host: Host = "", port: Port = 0) -> None:
     """Serve the pages and REST; jobs need a worker beside it."""
+    from app.config import get_settings
+    from app.operation.serving import serve as serve_pages
+
     settings = get_settings()
     serve_pages(settings, host or settings.host, port or settings.port)
 
@@ -56,6 +59,8 @@ def demo(
     ] = False,
 ) -> None:
     """Set up the demo harbour, run the pipeline on it and serve it until Ctrl-C."""
+    from app.operation.demo import run_demo
+
     run_demo(host, port, leave=leave)
 
 
@@ -75,22 +80,38 @@ def bench(name: Annotated[str, typer.Argument(help="Only this benchmark")] = "")
 
 def upgrade(revision: Annotated[str, typer.Argument()] = "head") -> None:
     """Bring the database's tables up to date."""
-    schema.upgrade(Database(get_settings().database_url), revision)
-    typer.echo(f"database is at {schema.current_revision(Database(get_settings().database_url))}")
+    from app import schema
+
+    with _database() as database:
+        schema.upgrade(database, revision)
+        typer.echo(f"database is at {schema.current_revision(database)}")
 
 
 def downgrade(revision: Annotated[str, typer.Argument(help="`base` removes all tables")]) -> None:
     """Take the database's tables back to a revision."""
-    schema.downgrade(Database(get_settings().database_url), revision)
+    from app import schema
+
+    with _database() as database:
+        schema.downgrade(database, revision)
     typer.echo(f"database is at {revision}")
 
 
 def check() -> None:
     """Say whether the database fits this version; exit 1 when it does not."""
+    from app import schema
+
+    with _database() as database:
+        schema.refuse_other_version(database)
+        if differing := schema.differences(database):
+            raise AppError(f"the tables differ from this version's: {differing}")
+    typer.echo(f"database is at {schema.head_revision()} and fits")
+
+
+@contextmanager
+def _database() -> Iterator["Database"]:
+    from app.config import get_settings
+    from app.db import Database
+
     database = Database(get_settings().database_url)
-    current, head = schema.current_revision(database), schema.head_revision()
-    if current != head:
-        raise AppError(f"the database is at {current}, this version needs {head}: db upgrade")
-    if differing := schema.differences(database):
-        raise AppError(f"the tables differ from this version's: {differing}")
-    typer.echo(f"database is at {head} and fits")
+    yield database
+    database.dispose()

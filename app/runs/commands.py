@@ -3,19 +3,16 @@
 import json
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from app.config import get_settings
-from app.db import Database
 from app.domain.fusion_settings import Preset
 from app.errors import AppError, Invalid
-from app.fuse_files import fuse_files
-from app.jobs import JobClient
-from app.runs import service
-from app.tables.runs import Run, RunStatus
+
+if TYPE_CHECKING:
+    from app.db import Database
+    from app.tables.runs import Run
 
 
 def register(cli: typer.Typer) -> None:
@@ -35,26 +32,40 @@ def run(
     wait: Annotated[bool, typer.Option(help="Watch the run until it ends")] = True,
 ) -> None:
     """Run the pipeline over a viewport's images; a worker must be running."""
-    settings = get_settings()
-    database, jobs = Database(settings.database_url), JobClient(settings.database_url)
-    with database.writing() as session:
-        started = service.start_run(
-            session,
-            jobs,
-            viewport_id=viewport,
-            detector=detector,
-            preset=preset.value,
-            parameters=dict(_pair(text) for text in changed or ()),
-        )
-    typer.echo(f"run {started.id} over {started.image_count} images")
-    if wait:
-        ended = watch(database, started.id)
-        if ended.status is not RunStatus.SUCCEEDED:
-            raise AppError(f"run {started.id} {ended.status}: {ended.error or ''}")
+    from app.installation import open_installation
+    from app.runs import service
+    from app.tables.runs import RunStatus
+
+    parameters = dict(_pair(text) for text in changed or ())
+    with open_installation() as here:
+        with here.database.writing() as session:
+            started = service.start_run(
+                session,
+                here.jobs,
+                viewport_id=viewport,
+                detector=detector,
+                preset=preset.value,
+                parameters=parameters,
+            )
+        typer.echo(f"run {started.id} over {started.image_count} images")
+        if wait:
+            ended = watch(here.database, started.id)
+            if ended.status is not RunStatus.SUCCEEDED:
+                raise AppError(f"run {started.id} {ended.status}: {ended.error or ''}")
 
 
-def watch(database: Database, run_id: int) -> Run:
+def watch(database: "Database", run_id: int) -> "Run":
     """Show a run's progress until it has ended; returns the run."""
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    from app.runs import service
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -79,6 +90,8 @@ def fuse(
     preset: Annotated[Preset, typer.Option()] = Preset.PAPER,
 ) -> None:
     """Fuse one image's boxes and vessels from two files; prints JSON, stores nothing."""
+    from app.fuse_files import fuse_files
+
     typer.echo(json.dumps(fuse_files(camera, label, preset.value), indent=1))
 
 

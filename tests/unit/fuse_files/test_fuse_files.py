@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.fuse_files import FuseFilesError, fuse_files
+from app.fuse_files import fuse_files
+from app.published_files import PublishedFileError
 
 Write = Callable[[str, object], Path]
 
@@ -131,7 +132,7 @@ def test_a_broken_label_is_refused_in_one_line(
 ) -> None:
     """The error names the file and the field."""
     path = write("label.json", label | change)
-    with pytest.raises(FuseFilesError) as caught:
+    with pytest.raises(PublishedFileError) as caught:
         fuse_files(camera_path, path)
     message = caught.value.detail  # what the command line prints
     assert message.startswith(f"{path}: {field}: ")
@@ -157,7 +158,7 @@ def test_a_broken_camera_is_refused_in_one_line(
 ) -> None:
     """The error names the camera file and what is wrong with the camera."""
     path = write("camera.json", json.loads(camera_path.read_text()) | change)
-    with pytest.raises(FuseFilesError, match=words) as caught:
+    with pytest.raises(PublishedFileError, match=words) as caught:
         fuse_files(path, write("label.json", label))
     assert str(caught.value).startswith(f"{path}: ")
 
@@ -169,7 +170,7 @@ def test_a_file_that_is_no_json_is_refused(
     """Empty, cut, deeply nested, binary and not-quite-JSON files give the same kind of error."""
     path = tmp_path / "label.json"
     path.write_bytes(content)
-    with pytest.raises(FuseFilesError, match=r"label\.json"):
+    with pytest.raises(PublishedFileError, match=r"label\.json"):
         fuse_files(camera_path, path)
 
 
@@ -177,7 +178,7 @@ def test_a_missing_file_and_an_unknown_preset_are_refused(
     camera_path: Path, label: dict[str, Any], write: Write, tmp_path: Path
 ) -> None:
     """What cannot be done is said before anything is computed."""
-    with pytest.raises(FuseFilesError, match="No such file"):
+    with pytest.raises(PublishedFileError, match="No such file"):
         fuse_files(camera_path, tmp_path / "absent.json")
-    with pytest.raises(FuseFilesError, match=r"waterline.*paper"):
+    with pytest.raises(PublishedFileError, match=r"waterline.*paper"):
         fuse_files(camera_path, write("label.json", label), preset="waterline")
