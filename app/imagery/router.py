@@ -7,6 +7,7 @@ from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
+from app.delivery import immutable_headers, is_known, not_modified, send_stream, wanted_part
 from app.dependencies import (
     DatabaseDep,
     Page,
@@ -16,7 +17,6 @@ from app.dependencies import (
     StorageDep,
 )
 from app.imagery import actions, service
-from app.delivery import immutable_headers, is_known, not_modified, send_stream, wanted_part
 from app.imagery.names import content_disposition
 from app.imagery.preview import WIDTHS_PX, snapped_width
 from app.imagery.repository import ImageFilter
