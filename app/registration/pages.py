@@ -98,7 +98,7 @@ def update_viewport(
             actions.update_viewport(session, access, viewport, data)
     except ENTRY_ERRORS as error:
         with database.reading() as session:
-            viewport = service.get_viewport(session, viewport_id)
+            viewport = actions.viewport_for(session, access, Scope.REGISTER, viewport_id)
             form = rejected(entered, error)
             return _form_page(request, viewport.camera, viewport, form, error.status)
     return RedirectResponse(f"/viewports/{viewport_id}", status_code=303)
@@ -115,7 +115,7 @@ def delete_viewport(
             actions.delete_viewport(session, access, viewport)
     except ENTRY_ERRORS as error:
         with database.reading() as session:
-            viewport = service.get_viewport(session, viewport_id)
+            viewport = actions.viewport_for(session, access, Scope.REGISTER, viewport_id)
             form = Form(_values(viewport), message=error.detail)
             return _form_page(request, viewport.camera, viewport, form, error.status)
     return RedirectResponse(f"/cameras/{viewport.camera_id}", status_code=303)

@@ -10,7 +10,7 @@ from app.auth.access import Access, Scope, allowed
 from app.db import Database
 from app.dependencies import DatabaseDep, SessionDep
 from app.forms import ENTRY_ERRORS, Form, Submitted, check_version, parse, rejected
-from app.sites import actions, service
+from app.sites import actions
 from app.sites.schemas import CameraIn, CameraPatch
 from app.tables.sites import Camera, Site
 from app.templating import page
@@ -77,7 +77,8 @@ def update_camera(
             check_version(entered, camera.version)
             actions.update_camera(session, access, camera, data)
     except ENTRY_ERRORS as error:
-        return _edit_again(request, database, camera_id, rejected(entered, error), error.status)
+        form = rejected(entered, error)
+        return _edit_again(request, database, access, camera_id, form, error.status)
     return RedirectResponse(f"/cameras/{camera_id}", status_code=303)
 
 
@@ -91,7 +92,7 @@ def delete_camera(
             camera = actions.camera_for(session, access, Scope.REGISTER, camera_id)
             actions.delete_camera(session, access, camera)
     except ENTRY_ERRORS as error:
-        return _edit_again(request, database, camera_id, None, error.status, error.detail)
+        return _edit_again(request, database, access, camera_id, None, error.status, error.detail)
     return RedirectResponse(f"/sites/{camera.site_id}", status_code=303)
 
 
@@ -109,13 +110,15 @@ def _values(camera: Camera) -> dict[str, object]:
 def _edit_again(
     request: Request,
     database: Database,
+    access: Access,
     camera_id: int,
     form: Form | None,
     status: int,
     message: str = "",
 ) -> Response:
+    # Asked again: the form may be wrong before anybody asked whose camera it is.
     with database.reading() as session:
-        camera = service.get_camera(session, camera_id)
+        camera = actions.camera_for(session, access, Scope.REGISTER, camera_id)
         form = form or Form(_values(camera), message=message)
         return _form_page(request, camera.site, camera, form, status)
 

@@ -106,7 +106,8 @@ def update_site(
             check_version(entered, site.version)
             actions.update_site(session, access, site, data)
     except ENTRY_ERRORS as error:
-        return _edit_again(request, database, site_id, rejected(entered, error), error.status)
+        form = rejected(entered, error)
+        return _edit_again(request, database, access, site_id, form, error.status)
     return RedirectResponse(f"/sites/{site_id}", status_code=303)
 
 
@@ -121,16 +122,18 @@ def delete_site(
             actions.delete_site(session, access, site)
     except ENTRY_ERRORS as error:
         with database.reading() as session:
-            site = service.get_site(session, site_id)
+            site = actions.site_for(session, access, Scope.ADMIN, site_id)
         return _form_page(request, site, Form(_values(site), message=error.detail), error.status)
     return RedirectResponse("/sites", status_code=303)
 
 
 def _edit_again(
-    request: Request, database: Database, site_id: int, form: Form, status: int
+    request: Request, database: Database, access: Access, site_id: int, form: Form, status: int
 ) -> Response:
+    # Asked again: the form may be wrong before anybody asked whose site it is.
     with database.reading() as session:
-        return _form_page(request, service.get_site(session, site_id), form, status)
+        site = actions.site_for(session, access, Scope.REGISTER, site_id)
+        return _form_page(request, site, form, status)
 
 
 def _form_page(request: Request, site: Site | None, form: Form, status: int = 200) -> Response:
