@@ -1,0 +1,157 @@
+"""The demo: from an empty folder to a graded pose, with nothing to prepare.
+
+Web and worker are two processes, as in any installation; the worker belongs to this one and ends
+with it, however it ends.
+"""
+
+import logging
+import os
+import secrets
+import signal
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+import sqlalchemy as sa
+import typer
+
+from app import schema
+from app.auth.users import MembershipSpec, create_user
+from app.config import Settings, get_settings
+from app.db import Database
+from app.errors import AppError
+from app.jobs import JobClient
+from app.logs import configure_logs
+from app.operation import harbour_site
+from app.operation.serving import listening_socket, make_server
+from app.runs import service as runs
+from app.storage import Storage
+from app.tables.identity import Role, User
+from app.tables.runs import RunStatus
+
+PEOPLE = (("admin@quaymark.example", Role.ADMIN), ("reviewer@quaymark.example", Role.REVIEWER))
+READY_WITHIN_S = 60
+
+
+def run_demo(host: str, port: int, *, leave: bool) -> None:
+    """Set up, run the pipeline on the demo harbour, and serve it; or end after the summary."""
+    signal.signal(signal.SIGTERM, _end)
+    configure_logs(logging.WARNING)
+    settings = get_settings()
+    listener = None if leave else listening_socket(host, port)
+    database, jobs = Database(settings.database_url), JobClient(settings.database_url)
+    schema.upgrade(database)
+    passwords = _make_people(database)
+    with _worker(settings):
+        place = harbour_site.find_complete(database) or harbour_site.install(
+            database, Storage(settings.storage_url), settings, _tell
+        )
+        run_ids = harbour_site.start_missing_runs(database, jobs, place)
+        summary = _finish_runs(database, run_ids)
+        _tell("", fleeting=True)
+        typer.echo("\n".join(summary + _how_to_sign_in(passwords)))
+        jobs.destroy()
+        database.dispose()
+        if listener is None:
+            return
+        address = f"http://{host if ':' not in host else f'[{host}]'}:{listener.getsockname()[1]}"
+        threading.Thread(target=_announce, args=(address,), daemon=True).start()
+        make_server(settings, quiet=True).run(sockets=[listener])
+
+
+def _end(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def _tell(text: str, *, fleeting: bool = False) -> None:
+    """Show what is going on: one changing line on a terminal, plain lines elsewhere."""
+    if sys.stdout.isatty():
+        sys.stdout.write(f"\r\x1b[K{text}")
+        sys.stdout.flush()
+    elif text and not fleeting:
+        typer.echo(text)
+
+
+def _make_people(database: Database) -> dict[str, str]:
+    """Add an administrator and a reviewer where nobody is; returns their passwords."""
+    with database.reading() as session:
+        if session.scalar(sa.select(sa.func.count(User.id))):
+            return {}
+    passwords = {email: secrets.token_urlsafe(12) for email, _ in PEOPLE}
+    with database.writing() as session:
+        for email, role in PEOPLE:
+            create_user(
+                session,
+                email,
+                passwords[email],
+                [MembershipSpec(role=role, site_id=None)],
+                name=f"Demo {role.value}",
+            )
+    return passwords
+
+
+@contextmanager
+def _worker(settings: Settings) -> Iterator[None]:
+    """Run a worker beside this process; it ends with the block, or by itself if we are killed."""
+    log = settings.data_dir / "worker.log"
+    with log.open("ab") as target:
+        process = subprocess.Popen(  # noqa: S603  our own module
+            [sys.executable, "-m", "worker", f"--parent-pid={os.getpid()}"],
+            stdout=target,
+            stderr=subprocess.STDOUT,
+        )
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def _finish_runs(database: Database, run_ids: list[int]) -> list[str]:
+    """Wait for the runs; returns a line about each. Raises AppError when one failed."""
+    lines = []
+    for run_id in run_ids:
+        while True:
+            with database.reading() as session:
+                run = runs.get_run(session, run_id)
+                progress = runs.progress(session, run)
+            if run.status in runs.ENDED:
+                break
+            _tell(
+                f"{runs.label(run)}: {progress.images_done} of {progress.images_total} images ..."
+            )
+            time.sleep(0.2)
+        if run.status is RunStatus.FAILED:
+            raise AppError(f"the run failed: {run.error}")
+        lines.append(
+            f"{runs.label(run)}: {progress.images_done} images, {progress.detections} detections, "
+            f"{progress.poses} poses"
+        )
+    return lines
+
+
+def _how_to_sign_in(passwords: dict[str, str]) -> list[str]:
+    if not passwords:
+        return ["Sign in as before; `quaymark user reset-password` makes a new password."]
+    width = max(len(email) for email in passwords)
+    lines = [f"  {email:<{width}}  {password}" for email, password in passwords.items()]
+    return ["Sign in with one of these; the passwords are shown this once:", *lines]
+
+
+def _announce(address: str) -> None:
+    """Say that all is ready once pages and worker answer."""
+    deadline = time.monotonic() + READY_WITHIN_S
+    while time.monotonic() < deadline:
+        try:
+            with urllib.request.urlopen(f"{address}/readyz", timeout=2) as answer:  # noqa: S310  our own address
+                if answer.status == 200:
+                    typer.echo(f"Quaymark is ready: {address}")
+                    return
+        except OSError:
+            time.sleep(0.1)
+    typer.echo("The worker does not answer; see worker.log in the data folder.", err=True)
