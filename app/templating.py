@@ -43,6 +43,8 @@ NAVIGATION: tuple[tuple[str, str, Scope], ...] = (
     ("Exports", "/exports", Scope.EXPORT),
     ("Admin", "/admin/users", Scope.ADMIN),
 )
+# Their pages lie below a site without saying so in their addresses.
+OF_SITES = ("/cameras/", "/viewports/", "/images/")
 
 
 @lru_cache(maxsize=1)
@@ -127,6 +129,8 @@ def _environment() -> Environment:
 
 
 def _navigation(access: Access, path: str) -> list[NavItem]:
+    if path.startswith(OF_SITES):
+        path = "/sites"
     return [
         NavItem(label, href, path == href or path.startswith(f"{href}/"))
         for label, href, scope in NAVIGATION

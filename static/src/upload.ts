@@ -73,6 +73,17 @@ async function upload(
   });
   button.disabled = false;
   input.value = "";
+  if (entries.some((entry) => entry.result === "stored")) {
+    summary.append(" ", showThem());
+  }
+}
+
+/** A link that loads the page again, now with the new photographs in its list. */
+function showThem(): HTMLAnchorElement {
+  const link = document.createElement("a");
+  link.href = location.pathname;
+  link.textContent = "Show them";
+  return link;
 }
 
 async function sendEntry(url: string, fields: FormData, entry: Entry): Promise<void> {
