@@ -62,7 +62,11 @@ def import_file(
     except AppError as error:
         session.rollback()
         with database.reading() as reading:
-            return _page(request, reading, access, site_id=site_id, error=error)
+            refused = {
+                "message": f"{file.filename} was not imported: {error.detail}",
+                "tone": "error",
+            }
+            return _page(request, reading, access, site_id=site_id, error=error, flashes=[refused])
     return RedirectResponse(f"/ais?imported={imported.file.id}", status_code=303)
 
 
@@ -85,13 +89,14 @@ def show_vessel(mmsi: int, request: Request, session: SessionDep, access: Reader
     readable = access.site_ids(Scope.READ)
     vessel = service.get_vessel(session, readable, mmsi)
     track = service.track(session, readable, mmsi, None, None)
+    statics = service.latest_statics(session, readable, mmsi, REPORTS_SHOWN)
     return page(
         request,
         "ais/vessel.html",
         crumbs=[{"label": "AIS", "href": "/ais"}, {"label": vessel.name or str(mmsi)}],
         vessel=vessel,
         ship_type=ship_type_name(vessel.ship_type),
-        statics=service.latest_statics(session, readable, mmsi, REPORTS_SHOWN),
+        hull=next((static for static in statics if static.to_bow_m is not None), None),
         positions=service.latest_positions(session, readable, mmsi, REPORTS_SHOWN),
         track=track,
         position_count=sum(map(len, track.pieces)),

@@ -125,10 +125,9 @@ def _page(
         name=name,
         family=family,
         boxes_name=boxes_name,
-        model_message=model_error.detail if model_error else "",
-        boxes_message=boxes_error.detail if boxes_error else "",
         may_add=access.may(Scope.INGEST, None),
         may_import=access.may_anywhere(Scope.INGEST),
+        flashes=[{"message": f"Not added: {error.detail}", "tone": "error"}] if error else [],
     )
 
 

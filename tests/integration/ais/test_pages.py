@@ -24,7 +24,7 @@ def test_import_and_look(browser_of: Browsers, admin: User) -> None:
     assert "elbe.csv: 3 new positions, 0 static reports, 1 vessel." in shown
     assert "ELBE 3" in browser.get("/ais?q=elbe").text
     assert "No vessel has" in browser.get("/ais?q=nobody").text
-    assert "Positions stored" in browser.get("/ais/files/1").text
+    assert "Types not used" in browser.get("/ais/files/1").text
     vessel = browser.get(f"/ais/vessels/{MMSI}").text
     assert "<polyline" in vessel
     assert "53.54000" in vessel
