@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 Json: TypeAlias = Mapping[str, Any]
-DEEPEST = 8
+DEEP, DEEPEST = 3, 8
 _TEXTS = {"date-time": "2026-11-22T10:00:05Z", "date": "2026-11-22", "uri": "https://example.org"}
 _SCALARS = {"integer": 1, "number": 1.0, "boolean": True}
 
@@ -24,9 +24,10 @@ def example_of(document: Json, schema: Json, depth: int = 0) -> object:
     if given is not None or depth >= DEEPEST:
         return given
     for choice in ("anyOf", "oneOf", "allOf"):
-        for part in schema.get(choice, []):
-            if part.get("type") != "null":
-                return example_of(document, part, depth)
+        parts = [part for part in schema.get(choice, []) if part.get("type") != "null"]
+        if parts:
+            is_optional = len(parts) < len(schema[choice])
+            return None if is_optional and depth > DEEP else example_of(document, parts[0], depth)
     return _built(document, schema, depth)
 
 

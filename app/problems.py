@@ -5,10 +5,14 @@ sign in. Whatever nobody foresaw is logged with its trace and answered without i
 thing" and "you may not know of it" are one answer, word for word, so that ids cannot be probed.
 """
 
+from collections.abc import Iterable, Mapping
+from typing import Any
+
 import structlog
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, RedirectResponse, Response
+from pydantic import ValidationError
 from sqlalchemy.exc import DataError, IntegrityError, OperationalError
 from sqlalchemy.orm.exc import StaleDataError
 from starlette.concurrency import run_in_threadpool
@@ -78,7 +82,7 @@ class FrameworkError(AppError):
         self.title = _TITLES.get(error.status_code, str(error.detail))
 
 
-def as_app_error(error: Exception) -> AppError:  # noqa: PLR0911  a table of errors, one a line
+def as_app_error(error: Exception) -> AppError:  # noqa: C901, PLR0911  a table, one a line
     """Return what an error means to the caller; what nobody foresaw becomes a bare 500."""
     match error:
         case AppError():
@@ -88,7 +92,9 @@ def as_app_error(error: Exception) -> AppError:  # noqa: PLR0911  a table of err
         case HTTPException():
             return FrameworkError(error)
         case RequestValidationError():
-            return _invalid(error)
+            return _invalid(error.errors(), prefix=1)
+        case ValidationError():
+            return _invalid(error.errors(), prefix=0)
         case StaleDataError():
             return PreconditionFailed("somebody else changed it meanwhile; read it again")
         case IntegrityError():
@@ -102,14 +108,14 @@ def as_app_error(error: Exception) -> AppError:  # noqa: PLR0911  a table of err
     return AppError("Nobody foresaw this. The server's log has the details.")
 
 
-def _invalid(error: RequestValidationError) -> Invalid:
+def _invalid(parts: Iterable[Mapping[str, Any]], prefix: int) -> Invalid:
+    """Name each field as the caller wrote it: `keypoints.3.u_px`, without "body" before it."""
     fields = tuple(
         FieldError(
-            # As the caller wrote it: `keypoints.3.u_px`, without "body" before it.
-            ".".join(str(step) for step in part["loc"][1:]) or str(part["loc"][0]),
+            ".".join(str(step) for step in part["loc"][prefix:]) or "body",
             str(part["msg"]).removeprefix("Value error, "),
         )
-        for part in error.errors()
+        for part in parts
     )
     return Invalid("; ".join(f"{part.field}: {part.message}" for part in fields), fields=fields)
 
@@ -129,6 +135,7 @@ def install(app: FastAPI) -> None:
         AppError,
         HTTPException,
         RequestValidationError,
+        ValidationError,
         StaleDataError,
         IntegrityError,
         DataError,

@@ -106,11 +106,12 @@ def _run(
     session: Session, site: Site, viewport: Viewport, image: Image, marker: str, mmsi: int
 ) -> dict[str, int]:
     model = Model(
-        name=f"{marker} model",
+        name=f"Model {site.id}",
         family="imported",
         sha256=f"{site.id:064d}",
         size_bytes=0,
         status=ModelStatus.READY,
+        signature={"boxes": 1},
     )
     registration = Registration(
         viewport_id=viewport.id,
