@@ -1,6 +1,7 @@
 """Pages of viewports: keypoints with their residuals, registrations side by side, and forms."""
 
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Request, Response, UploadFile
@@ -24,7 +25,7 @@ from app.registration.schemas import (
     ViewportPatch,
 )
 from app.sites import actions as sites
-from app.tables.registration import RegistrationMethod
+from app.tables.registration import Registration, RegistrationMethod
 from app.tables.sites import Camera, Viewport
 from app.templating import page
 
@@ -248,13 +249,21 @@ def _viewport_page(
         rows=rows,
         solutions=[
             (METHOD_NAMES[found.method], RegistrationOut.of(found), quality_of(found))
-            for found in service.newest_by_method(session, viewport.id)
+            for found in _best_first(service.newest_by_method(session, viewport.id))
         ],
         table_form=table_form or Form({"table": table}),
         solve_form=solve_form or Form(),
         given_form=given_form or Form(),
         may_register=access.may(Scope.REGISTER, viewport.camera.site_id),
         may_ingest=access.may(Scope.INGEST, viewport.camera.site_id),
+    )
+
+
+def _best_first(registrations: Sequence[Registration]) -> list[Registration]:
+    """Sort by what the table shows: a pose before homographies, then by the error to trust."""
+    return sorted(
+        registrations,
+        key=lambda found: (found.rotation is None, found.leave_one_out_px or 0.0, -found.id),
     )
 
 

@@ -104,7 +104,8 @@ def _typed(entered: dict[str, str]) -> dict[str, Any]:
 
 def _values(camera: Camera) -> dict[str, object]:
     values: dict[str, object] = {name: getattr(camera, name) for name in FIELDS}
-    return values | {"distortion": " ".join(str(term) for term in camera.distortion)}
+    terms = camera.distortion if any(camera.distortion) else []
+    return values | {"distortion": " ".join(str(term) for term in terms)}
 
 
 def _edit_again(

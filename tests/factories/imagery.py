@@ -28,6 +28,7 @@ def photograph(
     """Return a small noisy photograph, with EXIF where asked for."""
     noise = np.random.default_rng(seed).integers(0, 255, (height_px, width_px, 3), dtype=np.uint8)
     exif = Picture.Exif()
+    exif[ExifTags.Base.Software] = "test"  # Pillow writes no EXIF into a PNG that has only details
     details = exif.get_ifd(ExifTags.IFD.Exif)
     if taken is not None:
         details[ExifTags.Base.DateTimeOriginal] = taken

@@ -1,0 +1,48 @@
+"""Times in file names."""
+
+from datetime import UTC, datetime
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.sites.name_pattern import COMMON_PATTERNS, check_pattern, from_file_name
+
+MOMENTS = st.datetimes(datetime(1990, 1, 1), datetime(2100, 1, 1)).map(  # noqa: DTZ001  naive
+    lambda moment: moment.replace(microsecond=0)
+)
+
+
+@given(MOMENTS, st.sampled_from(COMMON_PATTERNS), st.sampled_from(["", "cam-3 ", "x_"]))
+def test_common_patterns_are_found_anywhere(moment: datetime, pattern: str, before: str) -> None:
+    """Whatever stands around it, a common pattern gives its moment."""
+    name = f"{before}{moment.strftime(pattern)} (1).jpeg"
+    assert from_file_name(name, None) == moment
+
+
+@given(st.text(max_size=60), st.text(max_size=20))
+def test_no_name_is_too_strange(name: str, pattern: str) -> None:
+    """Any name and any accepted pattern give a moment or None, never an error."""
+    try:
+        check_pattern(pattern)
+    except ValueError:
+        pattern = ""
+    found = from_file_name(name, pattern or None)
+    assert found is None or isinstance(found, datetime)
+
+
+def test_a_camera_pattern_comes_first() -> None:
+    """The camera's own pattern wins; seconds since 1970 and zones are understood."""
+    assert from_file_name("20260102_030405_1767323045.jpg", "%s") == datetime(
+        2026, 1, 2, 3, 4, 5, tzinfo=UTC
+    )
+    found = from_file_name("a(2026.01.02 03h04 +0200).png", "(%Y.%m.%d %Hh%M %z)")
+    assert found is not None
+    assert found.astimezone(UTC) == datetime(2026, 1, 2, 1, 4, tzinfo=UTC)
+
+
+@pytest.mark.parametrize("pattern", ["cam", "%Y%m%d", "%Y%Y%m%d%H%M", "%Y%m%d%H%M%p"])
+def test_useless_patterns_are_refused(pattern: str) -> None:
+    """A pattern without date and time, with a letter twice or an unknown one, is refused."""
+    with pytest.raises(ValueError, match=r"needs|twice|knows"):
+        check_pattern(pattern)
