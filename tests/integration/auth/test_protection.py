@@ -15,22 +15,22 @@ from app.config import Settings
 from app.main import create_app
 from app.tables.identity import User
 
+MALFORMED = ("a/?x=", "a b", "", "a@b", "a:b", "evil.example#", "a\\b", "[::1", "a:123456", "<b>")
+ORDINARY = ("quay.example", "quay.example:8000", "127.0.0.1:1", "[::1]:80")
 
-@pytest.mark.parametrize(
-    "host",
-    ["a/?x=", "a b", "", "a@b", "a:b", "evil.example#", "a\\b", "[::1", "a:123456", "<script>"],
-)
-def test_a_malformed_host_is_refused(anonymous: TestClient, host: str) -> None:
+
+def test_a_malformed_host_is_refused(anonymous: TestClient) -> None:
     """A Host that could move the path elsewhere is 400 before any route sees it."""
-    answer = anonymous.get("/healthz", headers={"Host": host})
-    assert answer.status_code == 400
-    assert answer.headers["content-type"] == "application/problem+json"
+    for host in MALFORMED:
+        answer = anonymous.get("/healthz", headers={"Host": host})
+        assert answer.status_code == 400, host
+        assert answer.headers["content-type"] == "application/problem+json"
 
 
-@pytest.mark.parametrize("host", ["quay.example", "quay.example:8000", "127.0.0.1:1", "[::1]:80"])
-def test_an_ordinary_host_is_taken(anonymous: TestClient, host: str) -> None:
+def test_an_ordinary_host_is_taken(anonymous: TestClient) -> None:
     """Names and addresses with and without a port are fine."""
-    assert anonymous.get("/healthz", headers={"Host": host}).status_code == 200
+    for host in ORDINARY:
+        assert anonymous.get("/healthz", headers={"Host": host}).status_code == 200
 
 
 def test_only_allowed_hosts_where_they_are_named(settings: Settings) -> None:
@@ -77,24 +77,22 @@ def test_json_is_small(client: TestClient) -> None:
     assert answer.json()["status"] == 413
 
 
-@pytest.mark.parametrize("length", ["-1", "1e3", "²", "x"])
-def test_a_nonsense_length_is_refused(anonymous: TestClient, length: str) -> None:
+def test_a_nonsense_length_is_refused(anonymous: TestClient) -> None:
     """A Content-Length that is no number is 400."""
-    headers = {"Content-Length": length.encode("latin-1")}
-    assert anonymous.post("/sign-in", content=b"x", headers=headers).status_code == 400
+    for length in ("-1", "1e3", "²", "x"):
+        headers = {"Content-Length": length.encode("latin-1")}
+        assert anonymous.post("/sign-in", content=b"x", headers=headers).status_code == 400
 
 
-@pytest.mark.parametrize(
-    "path", ["/healthz", "/sign-in", "/nowhere", "/api/v1/me", "/api/v1/docs", "/static/nothing.js"]
-)
-def test_every_answer_is_armoured(anonymous_browser: TestClient, path: str) -> None:
+def test_every_answer_is_armoured(anonymous_browser: TestClient) -> None:
     """The strict policy is on pages, on JSON and on errors alike."""
-    headers = anonymous_browser.get(path).headers
-    assert "default-src 'none'" in headers["content-security-policy"]
-    assert "unsafe" not in headers["content-security-policy"]
-    assert headers["x-content-type-options"] == "nosniff"
-    assert headers["x-frame-options"] == "DENY"
-    assert len(headers["x-request-id"]) == 16
+    for path in ("/healthz", "/sign-in", "/nowhere", "/api/v1/me", "/api/v1/docs", "/static/no.js"):
+        headers = anonymous_browser.get(path).headers
+        assert "default-src 'none'" in headers["content-security-policy"]
+        assert "unsafe" not in headers["content-security-policy"]
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["x-frame-options"] == "DENY"
+        assert len(headers["x-request-id"]) == 16
 
 
 @pytest.fixture

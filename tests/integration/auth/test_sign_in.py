@@ -144,32 +144,30 @@ def test_success_forgets_the_failures_of_the_account(app: FastAPI, admin: User) 
         assert _post(browser, admin.email).status_code == 303
 
 
-@pytest.mark.parametrize(
-    "elsewhere",
-    [
-        "javascript:alert(1)",
-        "//evil.example",
-        "/\\evil.example",
-        "\\\\evil.example",
-        "https://evil.example/",
-        "/\t/evil.example",
-        "\n//evil.example",
-        "data:text/html,x",
-        "evil",
-        "",
-    ],
-)
-def test_signing_in_leads_nowhere_else(
-    anonymous_browser: TestClient, admin: User, elsewhere: str
-) -> None:
+ELSEWHERE = [
+    "javascript:alert(1)",
+    "//evil.example",
+    "/\\evil.example",
+    "\\\\evil.example",
+    "https://evil.example/",
+    "/\t/evil.example",
+    "\n//evil.example",
+    "data:text/html,x",
+    "evil",
+    "",
+]
+
+
+def test_signing_in_leads_nowhere_else(anonymous_browser: TestClient, admin: User) -> None:
     """A destination that is not a path of this site is replaced by the home page."""
-    shown = anonymous_browser.get("/sign-in", params={"next": elsewhere})
-    assert 'name="next" value="/"' in shown.text
-    answer = _post(anonymous_browser, admin.email, next=elsewhere)
-    assert answer.status_code == 303
-    assert answer.headers["location"] == "/"
-    again = anonymous_browser.get("/sign-in", params={"next": elsewhere})
-    assert (again.status_code, again.headers["location"]) == (303, "/")
+    for elsewhere in ELSEWHERE:
+        shown = anonymous_browser.get("/sign-in", params={"next": elsewhere})
+        assert 'name="next" value="/"' in shown.text
+        answer = _post(anonymous_browser, admin.email, next=elsewhere)
+        assert (answer.status_code, answer.headers["location"]) == (303, "/")
+        again = anonymous_browser.get("/sign-in", params={"next": elsewhere})
+        assert (again.status_code, again.headers["location"]) == (303, "/")
+        anonymous_browser.cookies.clear()
 
 
 def test_a_page_asked_for_comes_back_after_signing_in(
