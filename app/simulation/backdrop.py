@@ -14,7 +14,7 @@ import numpy.typing as npt
 from app.domain.camera import Camera
 from app.simulation.light import Light
 from app.simulation.mesh import Mesh, Shade, Surface
-from app.simulation.noise import cloud_tile, sampled
+from app.simulation.noise import cloud_tile
 from app.simulation.raster import Raster, Window, rasterise
 from app.simulation.sightlines import sight_lines
 
@@ -65,45 +65,51 @@ def build_backdrop(camera: Camera, mesh: Mesh, samples_per_px: int) -> Backdrop:
         0, 0, inner.width_px * samples_per_px, inner.height_px * samples_per_px, samples_per_px
     )
     raster = rasterise(camera, mesh, window)
-    sight = sight_lines(camera, window)
+    covered = raster.mask
+    sight = sight_lines(camera, window)[covered]
     along_axis = sight @ camera.R_cam_from_world[2].astype(np.float32)
-    depth = np.where(raster.mask, 1 / np.maximum(raster.inverse_depth, 1e-6), np.float32(1.0))
-    distance = (depth / along_axis).astype(np.float32)
-    place = sight * distance[..., None] + camera.center_in_world.astype(np.float32)
-    texture = _texture(mesh, raster, place, distance / float(inner.K[0, 0]) / samples_per_px)
-    return Backdrop(mesh, raster, texture, np.ascontiguousarray(place[..., 2]), distance)
+    away = 1 / (raster.inverse_depth[covered] * along_axis)
+    place = sight * away[:, None] + camera.center_in_world.astype(np.float32)
+    footprint = away / np.float32(inner.K[0, 0] * samples_per_px)
+    shades = _texture(mesh, raster.face[covered], place, footprint)
+    texture, height, distance = (np.zeros(covered.shape, dtype=np.float32) for _ in range(3))
+    texture[covered], height[covered], distance[covered] = shades, place[:, 2], away
+    return Backdrop(mesh, raster, texture, height, distance)
 
 
-def _texture(mesh: Mesh, raster: Raster, place: Shade, footprint_m: Shade) -> Shade:
-    """Return the brightness (height, width) of what faces are made of.
+def _texture(mesh: Mesh, face: npt.NDArray[np.int32], place: Shade, footprint_m: Shade) -> Shade:
+    """Return the brightness (n,) of what faces are made of, at places (n, 3) on them.
 
     `footprint_m` is a sample's size at the surface: patterns finer than it fade out.
     """
-    face = np.maximum(raster.face, 0)
     surface = mesh.surfaces[face]
-    normal = mesh.normals()[face].astype(np.float32)
-    sideways = place[..., 0] * -normal[..., 1] + place[..., 1] * normal[..., 0]
-    up = place[..., 2]
-    rng = np.random.default_rng(7)
-    grain = cloud_tile(rng, 256, 1.1)
+    normal = mesh.normals().astype(np.float32)[face]
+    sideways = place[:, 1] * normal[:, 0] - place[:, 0] * normal[:, 1]
+    up = place[:, 2]
+    grain = cloud_tile(np.random.default_rng(7), 256, 1.1)
     tile_m = np.where(surface == Surface.FOLIAGE, np.float32(14.0), np.float32(60.0))
-    across = sideways + 0.7 * place[..., 0]
-    speckle = np.clip(sampled(grain, across / tile_m, (up * 3 + place[..., 1]) / tile_m), -2, 2)
-    texture = 1 + 0.05 * speckle
-    upright = np.abs(normal[..., 2]) < 0.3
+    column = (sideways + np.float32(0.7) * place[:, 0]) / tile_m * 256
+    row = (up * 3 + place[:, 1]) / tile_m * 256
+    speckle = np.clip(grain[row.astype(np.int32) % 256, column.astype(np.int32) % 256], -2, 2)
+    texture: Shade = 1 + np.float32(0.05) * speckle
+    upright = np.abs(normal[:, 2]) < 0.3
 
-    def pattern(kind: Surface, size_m: float) -> tuple[npt.NDArray[np.bool_], Shade]:
-        fade = np.clip(1.6 - 2.2 * footprint_m / size_m, 0, 1).astype(np.float32)
-        return (surface == kind) & upright, fade
+    where = (surface == Surface.MASONRY) & upright
+    floor, bay = np.mod(up[where], 3.4), np.mod(sideways[where], 2.6)
+    pane = ((floor > 1.3) & (floor < 2.8) & (bay > 1.1)) - np.float32(0.3)
+    fade = np.clip(1.6 - 2.2 * footprint_m[where] / 2.4, 0, 1)
+    texture[where] *= 1 - (np.float32(0.2) + np.float32(0.42) * pane) * fade
 
-    where, fade = pattern(Surface.MASONRY, 2.4)
-    pane = (np.mod(up, 3.4) > 1.3) & (np.mod(up, 3.4) < 2.8) & (np.mod(sideways, 2.6) > 1.1)
-    texture = np.where(where, texture * (1 - (0.2 + 0.42 * (pane - 0.3)) * fade), texture)
-    where, fade = pattern(Surface.SHEETING, 1.5)
-    ribs = np.sin(sideways * (2 * np.pi / 1.6))
-    texture = np.where(where, texture * (1 + 0.1 * ribs * fade), texture)
-    where, fade = pattern(Surface.SHEET_PILES, 3.0)
-    ribs = np.sin(sideways * (2 * np.pi / 2.8))
-    texture = np.where(where, texture * (1 + 0.22 * ribs * fade + 0.1 * speckle), texture)
-    texture = np.where(surface == Surface.FOLIAGE, 1 + 0.3 * speckle, texture)
-    return np.where(surface == Surface.GROUND, 1 + 0.14 * speckle, texture).astype(np.float32)
+    where = (surface == Surface.SHEETING) & upright
+    ribs = np.sin(sideways[where] * np.float32(2 * np.pi / 1.6))
+    texture[where] *= 1 + 0.1 * ribs * np.clip(1.6 - 2.2 * footprint_m[where] / 1.5, 0, 1)
+
+    where = (surface == Surface.SHEET_PILES) & upright
+    ribs = np.sin(sideways[where] * np.float32(2 * np.pi / 2.8))
+    fade = np.clip(1.6 - 2.2 * footprint_m[where] / 3.0, 0, 1)
+    texture[where] *= 1 + 0.22 * ribs * fade + 0.1 * speckle[where]
+
+    for kind, strength in ((Surface.FOLIAGE, 0.3), (Surface.GROUND, 0.14)):
+        where = surface == kind
+        texture[where] = 1 + np.float32(strength) * speckle[where]
+    return texture

@@ -266,6 +266,8 @@ def make_harbour(
         ValueError: naming the argument out of its range.
 
     """
+    if seed < 0:
+        raise ValueError(f"seed must not be negative, got {seed}")
     if image_count < 1:
         raise ValueError(f"image_count must be at least 1, got {image_count}")
     if start.utcoffset() != timedelta(0):

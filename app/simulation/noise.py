@@ -49,8 +49,8 @@ def sampled(tile: Shade, u: Shade, v: Shade) -> Shade:
     size = tile.shape[0]
     values = cv2.remap(
         tile,
-        (np.mod(u, 1.0) * size).astype(np.float32),
-        (np.mod(v, 1.0) * size).astype(np.float32),
+        ((u - np.floor(u)) * size).astype(np.float32),
+        ((v - np.floor(v)) * size).astype(np.float32),
         interpolation=cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_WRAP,
     )

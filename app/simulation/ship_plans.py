@@ -152,7 +152,7 @@ def sailing_boat(rng: np.random.Generator, fleet: Fleet) -> Plan:
     top = float(rng.uniform(1.15, 1.4)) * length
     b.cylinder((foot, 0.0), 0.11, (0.9, top), rgb(206, 206, 204), sides=6)
     canvas = rgb(236, 234, 226) if rng.random() < 0.8 else rgb(150, 60, 44)
-    boom, sheet = 2.0, float(rng.uniform(-0.25, 0.25)) * length
+    boom, sheet = 2.0, float(rng.uniform(-0.46, 0.46)) * beam
     clew = (-0.36 * length, sheet, boom)
     b.beam((foot, 0, boom), clew, 0.14, GREY)
     belly = ((foot + clew[0]) / 2, sheet * 0.75, (boom + top) / 2)

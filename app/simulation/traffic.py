@@ -12,6 +12,7 @@ import numpy as np
 
 from app.domain.arrays import FloatArray
 from app.simulation.motion import Passage, Route
+from app.simulation.scenery import LEFT_BANK, RIGHT_BANK
 from app.simulation.settings import TrafficSettings
 from app.simulation.ship_plans import Fleet
 from app.simulation.ships import Ship, ShipType, build_ship
@@ -44,13 +45,14 @@ _HABITS = {
     ShipType.LAUNCH: _Habit(0.14, (5, 9), (105, 360), 0.35),
     ShipType.INLAND_SHIP: _Habit(0.1, (5, 8), (200, 420)),
 }
-# Where ships lie (harbour frame): middle x, y, a point further along the quay, the berth's length.
+# Where ships lie: wall (start and end in the harbour's frame), metres along it, longest ship.
+# The water is to the right of start to end.
 _BERTHS = (
-    (170.0, 570.0, 1530.0, 518.0, 120.0),
-    (300.0, 565.0, 1530.0, 513.0, 110.0),
-    (-165.0, 462.0, -1500.0, 462.0, 90.0),
-    (52.0, 690.0, -8.0, 1100.0, 95.0),
-    (-330.0, 460.0, -1500.0, 460.0, 140.0),
+    (RIGHT_BANK[1], RIGHT_BANK[2], 85.0, 70.0),
+    (LEFT_BANK[0], LEFT_BANK[1], 1378.0, 60.0),
+    (RIGHT_BANK[0], RIGHT_BANK[1], 400.0, 110.0),
+    (RIGHT_BANK[1], RIGHT_BANK[2], 190.0, 110.0),
+    (LEFT_BANK[0], LEFT_BANK[1], 1290.0, 95.0),
 )
 
 
@@ -65,8 +67,8 @@ def make_vessels(
 ) -> tuple[Vessel, ...]:
     """Draw the vessels of a session that lasts over `span_s`; MMSIs count up from the first."""
     vessels: list[Vessel] = []
-    for number in range(settings.moored_vessels):
-        ship, passage = _moored(rng, fleet, harbour_to_enu, _BERTHS[number % len(_BERTHS)])
+    for number, berth in enumerate(rng.permutation(len(_BERTHS))[: settings.moored_vessels]):
+        ship, passage = _moored(rng, fleet, harbour_to_enu, _BERTHS[int(berth)])
         unit = _transponder(rng, settings, ship, first_mmsi + len(vessels), span_s)
         with_ais = rng.random() < settings.moored_with_ais_share
         name = f"{prefix}-moored-{number}"
@@ -141,19 +143,17 @@ def _moored(
     rng: np.random.Generator,
     fleet: Fleet,
     harbour_to_enu: FloatArray,
-    berth: tuple[float, float, float, float, float],
+    berth: tuple[tuple[float, float], tuple[float, float], float, float],
 ) -> tuple[Ship, Passage]:
+    """Put a ship alongside, a fender's width from the wall."""
     kinds = (ShipType.TUG, ShipType.INLAND_SHIP, ShipType.FERRY, ShipType.LAUNCH)
-    x, y, to_x, to_y, longest = berth
+    start, end, along_m, longest_m = berth
     ship = build_ship(kinds[int(rng.integers(len(kinds)))], rng, fleet)
-    if ship.length_m > longest:
+    if ship.length_m > longest_m:
         ship = build_ship(ShipType.TUG, rng, fleet)
-    off = ship.width_m / 2 + 1.5
-    direction = np.array([to_x - x, to_y - y]) / np.hypot(to_x - x, to_y - y)
-    # All berths lie before a wall; the hull keeps clear of it on the river's side.
-    seaward = np.array([direction[1], -direction[0]])
-    seaward *= -1 if seaward[1] > 0 else 1
-    place = np.array([x, y]) + seaward * (off - 6.0) * (1 if off > 6.0 else 0)
+    direction = np.subtract(end, start) / np.hypot(*np.subtract(end, start))
+    off_wall = np.array([direction[1], -direction[0]]) * (ship.width_m / 2 + 1.2)
+    place = np.array(start) + direction * (along_m + float(rng.uniform(-15, 15))) + off_wall
     if rng.random() < 0.5:
         direction = -direction
     line = np.array([place - 5 * direction, place + 5 * direction])
