@@ -77,7 +77,7 @@ def test_a_known_pose_is_given_by_form(browser_of: Browse, admin: User, scene: S
     }
     refused = browser.post(f"{page}/registrations", data=pose | {"center.lat_deg": "95"})
     assert refused.status_code == 422
-    assert 'id="field-center.lat_deg-error"' in refused.text
+    assert 'id="field-center-lat_deg-error"' in refused.text
     assert 'value="70"' in refused.text
     short = browser.post(f"{page}/registrations", data=pose | {"rotation": "1 2"})
     assert short.status_code == 422

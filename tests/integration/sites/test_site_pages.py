@@ -59,7 +59,7 @@ def test_errors_stand_at_their_fields_with_what_was_entered(
     refused = browser.post("/sites", data=SITE | wrong)
     assert refused.status_code == 422
     for field, text in wrong.items():
-        assert f'id="field-{field}-error"' in refused.text
+        assert f'id="field-{field.replace(".", "-")}-error"' in refused.text
         assert f'value="{text}"' in refused.text
     assert 'value="Elbe"' in refused.text
     browser.post("/sites", data=SITE)
