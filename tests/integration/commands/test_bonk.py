@@ -1,0 +1,100 @@
+"""`quaymark import bonk` and `quaymark run`: a published data set through the whole house."""
+
+import json
+import shlex
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.bonk import FIRST_MMSI, MMSI_COUNT, pseudo_mmsi
+from app.config import Settings
+from tests.integration.commands.conftest import Shell
+from tests.worker_process import WorkerProcess
+
+IMAGE = "00139255c1d7dd9c"
+
+
+@pytest.fixture
+def dataset(shared_dir: Path, tmp_path: Path) -> Path:
+    """Copy the published sample, to be changed."""
+    folder = tmp_path / "bonk"
+    for name in ("image", "label", "calib"):
+        (folder / name).mkdir(parents=True)
+        for file in (shared_dir / "real" / "bonk" / name).iterdir():
+            shutil.copyfile(file, folder / name / file.name)
+    shutil.copyfile(shared_dir / "real" / "bonk" / "camera.json", folder / "camera.json")
+    return folder
+
+
+@pytest.mark.slow
+def test_an_imported_data_set_gives_the_published_poses(
+    quaymark: Shell, settings: Settings, dataset: Path, tmp_path: Path
+) -> None:
+    """Import, run and export give each photograph's published centroid within 1e-3 m.
+
+    A second photograph with the same vessel elsewhere must not disturb the first.
+    """
+    label = json.loads((dataset / "label" / f"{IMAGE}.json").read_text())
+    moved = json.loads((dataset / "label" / f"{IMAGE}.json").read_text())
+    moved["vessels"][0]["lat"] += 0.0005
+    (dataset / "label" / "1.json").write_text(json.dumps(moved))
+    photograph = (dataset / "image" / f"{IMAGE}.jpg").read_bytes()
+    (dataset / "image" / "1.jpg").write_bytes(photograph + b"\0")
+
+    imported = quaymark("import", "bonk", dataset)
+    assert imported.code == 0, imported.error
+    command = shlex.split(imported.out.splitlines()[-1])[1:]
+    with WorkerProcess(settings, tmp_path / "worker.log"):
+        run = quaymark(*command)
+    assert run.code == 0, run.error
+    out = tmp_path / "poses.ndjson"
+    quaymark("export", "--format", "ndjson", "--out", out, "--with-identities")
+
+    poses = [json.loads(line) for line in out.read_text().splitlines()][:-1]
+    pose = next(pose for pose in poses if pose["image"]["file_name"] == f"{IMAGE}.jpg")
+    published = label["objects"][0]["position"]["centroid"]
+    assert np.abs(np.array(pose["centroid_in_cam_m"]) - published).max() < 1e-3
+    assert pose["vessel"] == str(pseudo_mmsi(label["vessels"][0]["identifier"]))
+
+
+def test_photographs_of_other_cameras_are_left_out(quaymark: Shell, dataset: Path) -> None:
+    """A photograph whose K is not that of camera.json is counted, not imported."""
+    for folder, ending in (("image", "jpg"), ("label", "json"), ("calib", "txt")):
+        shutil.copyfile(dataset / folder / f"{IMAGE}.{ending}", dataset / folder / f"2.{ending}")
+    np.savetxt(dataset / "calib" / "2.txt", np.eye(3))
+    outcome = quaymark("import", "bonk", dataset, "--name", "Elbe")
+
+    assert outcome.code == 0, outcome.error
+    assert "site 'Elbe': 1 photographs; 1 of other cameras left out" in outcome.out
+
+
+def test_a_broken_data_set_stores_nothing(quaymark: Shell, dataset: Path) -> None:
+    """All labels are read before anything is stored, so the mended data set comes in."""
+    photograph = dataset / "image" / f"{IMAGE}.jpg"
+    photograph.rename(dataset / "elsewhere.jpg")
+    broken = quaymark("import", "bonk", dataset)
+    (dataset / "elsewhere.jpg").rename(photograph)
+
+    assert broken.code == 1
+    assert "its photograph" in broken.error
+    assert quaymark("import", "bonk", dataset).code == 0
+
+
+def test_a_second_import_needs_another_name(quaymark: Shell, dataset: Path) -> None:
+    """A site of the same name is not mixed with another import."""
+    quaymark("import", "bonk", dataset)
+    outcome = quaymark("import", "bonk", dataset)
+
+    assert outcome.code == 1
+    assert "there is already a site named 'BONK-pose'" in outcome.error
+
+
+def test_pseudo_numbers_are_stable_and_nobodys() -> None:
+    """A vessel has the same number in every import, with the digits 200 that no country has."""
+    assert pseudo_mmsi("16d85289b2ac78f0") == pseudo_mmsi("16d85289b2ac78f0")
+    numbers = {pseudo_mmsi(str(each)) for each in range(1000)}
+    assert min(numbers) >= FIRST_MMSI
+    assert max(numbers) < FIRST_MMSI + MMSI_COUNT
+    assert len(numbers) > 990
