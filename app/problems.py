@@ -31,6 +31,7 @@ from app.errors import (
     Unauthenticated,
     Unavailable,
 )
+from app.openapi import describe_problems
 from app.templating import page
 
 NOTHING_HERE = "There is nothing at this address, or nothing that you may see."
@@ -130,7 +131,8 @@ def _handle(request: Request, error: Exception) -> Response:
 
 
 def install(app: FastAPI) -> None:
-    """Make the application answer every error in one of these ways."""
+    """Make the application answer every error in one of these ways, and document it."""
+    describe_problems(app)
     for kind in (
         AppError,
         HTTPException,

@@ -33,3 +33,16 @@ def test_the_document_says_who_may(anonymous: TestClient) -> None:
     paths = anonymous.get("/api/v1/openapi.json").json()["paths"]
     assert paths["/api/v1/users"]["get"]["security"] == [{"token": ["admin"]}]
     assert "security" not in paths["/healthz"]["get"]
+
+
+def test_the_document_tells_errors_as_they_are(anonymous: TestClient) -> None:
+    """Every operation documents the problem that a failing request really gets."""
+    document = anonymous.get("/api/v1/openapi.json").json()
+    assert "HTTPValidationError" not in document["components"]["schemas"]
+    problem = document["components"]["schemas"]["Problem"]
+    given = anonymous.get("/api/v1/me")
+    assert (
+        given.headers["content-type"]
+        in document["paths"]["/api/v1/me"]["get"]["responses"]["default"]["content"]
+    )
+    assert set(given.json()) == set(problem["properties"])
