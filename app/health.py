@@ -7,7 +7,6 @@ seen lately; `/metrics` is for a monitor on an allow-listed address or with the 
 import hmac
 from datetime import timedelta
 
-import sqlalchemy as sa
 from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, REGISTRY, Gauge, generate_latest
 from pydantic import BaseModel
@@ -19,7 +18,7 @@ from app.config import Settings
 from app.db import Database, now
 from app.dependencies import DatabaseDep, SettingsDep
 from app.errors import NotFound
-from app.tables.operation import WorkerHeartbeat
+from app.operation.repository import count_workers_seen
 
 WORKER_SEEN_WITHIN = timedelta(seconds=15)
 router = APIRouter(tags=["health"], dependencies=[Depends(public)])
@@ -70,12 +69,10 @@ def metrics(request: Request, settings: SettingsDep, database: DatabaseDep) -> R
 
 
 def _count_fresh_workers(database: Database) -> int | None:
-    statement = sa.select(sa.func.count()).where(
-        WorkerHeartbeat.last_seen_at > now() - WORKER_SEEN_WITHIN
-    )
+    """Return how many workers were seen lately; None when the database does not answer."""
     try:
         with database.reading() as session:
-            return session.scalar(statement) or 0
+            return count_workers_seen(session, since=now() - WORKER_SEEN_WITHIN)
     except SQLAlchemyError:
         return None
 
