@@ -11,10 +11,11 @@ from fastapi import Request
 from fastapi.responses import HTMLResponse
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from app import __version__
 from app.auth.access import Access, Scope, access_of
 from app.locator import locate
 
-DASH = "–"
+DASH = "\u2013"
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +151,7 @@ def page(
             request=request,
             current_user=access,
             url_path=request.url.path,
+            version=__version__,
             nav=_navigation(access, request.url.path) if access else [],
             **context,
         )

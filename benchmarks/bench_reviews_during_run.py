@@ -14,6 +14,7 @@ from pathlib import Path
 import httpx
 
 from app import schema
+from app.auth.access import Scope
 from app.config import Settings
 from app.db import Database
 from app.jobs import JobClient
@@ -44,10 +45,14 @@ def main() -> None:
         )
         with database.writing() as session:
             person = identity.make_user(session, Role.ADMIN, None)
-            token = identity.make_token(session, person, ("read", "review", "ingest"))
+            token = identity.make_token(session, person, tuple(Scope))
+        commands = (
+            [str(Path(sys.executable).with_name("quaymark")), "serve"],
+            [sys.executable, "-m", "worker"],
+        )
         processes = [
-            subprocess.Popen([sys.executable, "-m", module, *words], cwd=ROOT, env=environment)
-            for module, words in (("app.cli", ("serve",)), ("worker", ()))
+            subprocess.Popen(command, cwd=ROOT, env=environment, stderr=subprocess.DEVNULL)
+            for command in commands
         ]
         try:
             _measure(settings, database, viewport_id, detector, token)
@@ -78,11 +83,9 @@ def _measure(
             busy += [_grade(client, pose_id) for pose_id in ids[:20]]
     _print("without a run", quiet)
     _print("while a run is writing", busy)
-    p95 = _p95(busy)
     print(f"ratio of medians {statistics.median(busy) / statistics.median(quiet):.2f}")
-    print(
-        f"aim: p95 under {AIM_P95_MS:.0f} ms while a run is writing: {'met' if p95 < AIM_P95_MS else 'MISSED'}"
-    )
+    verdict = "met" if _p95(busy) < AIM_P95_MS else "MISSED"
+    print(f"aim: p95 under {AIM_P95_MS:.0f} ms while a run is writing: {verdict}")
 
 
 def _start(
@@ -100,7 +103,7 @@ def _start(
 
 
 def _run(client: httpx.Client, run_id: int) -> dict[str, object]:
-    for _ in range(100):
+    for _ in range(300):
         try:
             body: dict[str, object] = client.get(f"/api/v1/runs/{run_id}").json()
         except httpx.ConnectError:
@@ -123,9 +126,8 @@ def _p95(values: list[float]) -> float:
 
 
 def _print(label: str, values: list[float]) -> None:
-    print(
-        f"{label}: n {len(values)}, median {statistics.median(values):.1f} ms, p95 {_p95(values):.1f} ms"
-    )
+    median = statistics.median(values)
+    print(f"{label}: n {len(values)}, median {median:.1f} ms, p95 {_p95(values):.1f} ms")
 
 
 if __name__ == "__main__":

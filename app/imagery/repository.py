@@ -10,6 +10,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from app.db import find
+from app.imagery.span import ImageSpan
 from app.paging import Paging, fetch_page
 from app.tables.imagery import Image
 from app.tables.sites import Camera, Viewport
@@ -129,15 +130,6 @@ def images_by_time(
 def count(session: Session, wanted: ImageFilter) -> int:
     """Count images."""
     return session.scalar(wanted.apply(sa.select(sa.func.count()).select_from(Image))) or 0
-
-
-@dataclass(frozen=True, slots=True)
-class ImageSpan:
-    """How many images there are, and when the first and the last were taken."""
-
-    count: int
-    first_at: datetime | None
-    last_at: datetime | None
 
 
 def spans(

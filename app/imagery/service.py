@@ -20,7 +20,8 @@ from app.imagery import photo, repository
 from app.imagery.captured import captured_at as moment_of
 from app.imagery.names import tidy
 from app.imagery.preview import make_preview
-from app.imagery.repository import ImageFilter, ImageSpan
+from app.imagery.repository import ImageFilter
+from app.imagery.span import ImageSpan
 from app.paging import Paging
 from app.sites import service as sites
 from app.storage import Storage

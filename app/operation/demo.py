@@ -17,7 +17,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-import sqlalchemy as sa
 import typer
 
 from app import schema
@@ -27,11 +26,11 @@ from app.db import Database
 from app.errors import AppError
 from app.jobs import JobClient
 from app.logs import configure_logs
-from app.operation import harbour_site
+from app.operation import harbour_repository, harbour_site
 from app.operation.serving import listening_socket, make_server
 from app.runs import service as runs
 from app.storage import Storage
-from app.tables.identity import Role, User
+from app.tables.identity import Role
 from app.tables.runs import RunStatus
 
 PEOPLE = (("admin@quaymark.example", Role.ADMIN), ("reviewer@quaymark.example", Role.REVIEWER))
@@ -80,7 +79,7 @@ def _tell(text: str, *, fleeting: bool = False) -> None:
 def _make_people(database: Database) -> dict[str, str]:
     """Add an administrator and a reviewer where nobody is; returns their passwords."""
     with database.reading() as session:
-        if session.scalar(sa.select(sa.func.count(User.id))):
+        if harbour_repository.anybody(session):
             return {}
     passwords = {email: secrets.token_urlsafe(12) for email, _ in PEOPLE}
     with database.writing() as session:

@@ -11,7 +11,6 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
 from app.ais.service import import_ais_file
@@ -21,6 +20,7 @@ from app.detectors.imported import import_coco_detections
 from app.domain.arrays import FloatArray, UInt8Array
 from app.imagery.service import Upload, store_image
 from app.jobs import JobClient
+from app.operation import harbour_repository as repository
 from app.registration import service as registration
 from app.registration.schemas import KeypointIn, KeypointsIn, RegistrationIn, ViewportIn
 from app.runs.service import start_run
@@ -30,10 +30,7 @@ from app.simulation.viewports import Viewport as SimulatedViewport
 from app.sites import service as sites
 from app.sites.schemas import CameraIn, SiteIn
 from app.storage import Storage
-from app.tables.detection import Model
 from app.tables.groundtruth import VesselClass, VesselTruth
-from app.tables.imagery import Image
-from app.tables.runs import Run
 from app.tables.sites import Camera, Site, Viewport
 
 SEED = 1
@@ -61,15 +58,12 @@ class HarbourSite:
 def find_complete(database: Database) -> HarbourSite | None:
     """Return the demo harbour when all of it is there."""
     with database.reading() as session:
-        site = session.scalars(sa.select(Site).where(Site.is_simulated).order_by(Site.id)).first()
-        detector = session.scalars(sa.select(Model).where(Model.name == DETECTOR)).first()
-        if site is None or detector is None:
+        site = repository.simulated_site(session)
+        camera = repository.first_camera(session, site.id) if site else None
+        if site is None or camera is None or not repository.has_detector(session, DETECTOR):
             return None
-        camera = session.scalars(sa.select(Camera).where(Camera.site_id == site.id)).one()
-        viewport_ids = session.scalars(
-            sa.select(Viewport.id).where(Viewport.camera_id == camera.id).order_by(Viewport.id)
-        ).all()
-        return HarbourSite(site.id, camera.id, viewport_ids)
+        viewports = repository.viewports(session, camera.id)
+        return HarbourSite(site.id, camera.id, [viewport.id for viewport in viewports])
 
 
 def install(database: Database, storage: Storage, settings: Settings, tell: Tell) -> HarbourSite:
@@ -86,11 +80,12 @@ def install(database: Database, storage: Storage, settings: Settings, tell: Tell
     for frame in harbour.frames:
         tell(f"Rendering image {frame.image_id} of {len(harbour.frames)} ...", fleeting=True)
         seen = frame.observe()
-        upload = Upload(_jpeg(seen.image), f"{frame.name}.jpg", frame.captured_at)
+        upload = Upload(_jpeg(seen.image), frame.name, frame.captured_at)
         image, _ = store_image(database, storage, settings, camera.id, upload)
         image_ids[frame.image_id] = image.id
         with database.writing() as session:
-            _remember_truth(session, image, seen.truth)
+            rows = [_truth_row(image.id, truth) for truth in seen.truth]
+            repository.replace_truth(session, image.id, rows)
     recording = io.BytesIO(harbour.nmea_text().encode())
     import_ais_file(database, storage, recording, site_id=site.id, file_name="harbour.nmea")
     _import_detections(database, camera.id, harbour, image_ids)
@@ -102,9 +97,7 @@ def start_missing_runs(database: Database, jobs: JobClient, place: HarbourSite) 
     run_ids = []
     for viewport_id in place.viewport_ids:
         with database.writing() as session:
-            run_id = session.scalar(
-                sa.select(sa.func.max(Run.id)).where(Run.viewport_id == viewport_id)
-            )
+            run_id = repository.newest_run(session, viewport_id)
             if run_id is None:
                 viewport = session.get_one(Viewport, viewport_id)
                 run_id = start_run(
@@ -121,7 +114,7 @@ def start_missing_runs(database: Database, jobs: JobClient, place: HarbourSite) 
 
 
 def _site(session: Session, harbour: simulation.Harbour) -> Site:
-    known = session.scalars(sa.select(Site).where(Site.name == harbour.site.name)).first()
+    known = repository.simulated_site(session)
     if known is not None:
         return known
     origin = harbour.site.origin
@@ -144,7 +137,7 @@ def _site(session: Session, harbour: simulation.Harbour) -> Site:
 
 
 def _camera(session: Session, site: Site, harbour: simulation.Harbour) -> Camera:
-    known = session.scalars(sa.select(Camera).where(Camera.site_id == site.id)).first()
+    known = repository.first_camera(session, site.id)
     if known is not None:
         return known
     intrinsics = harbour.camera.intrinsics
@@ -171,11 +164,8 @@ def _viewport(
     simulated: SimulatedViewport,
 ) -> int:
     with database.writing() as session:
-        viewport = session.scalars(
-            sa.select(Viewport).where(
-                Viewport.camera_id == camera_id, Viewport.name == simulated.name
-            )
-        ).first()
+        known = repository.viewports(session, camera_id)
+        viewport = next((one for one in known if one.name == simulated.name), None)
         if viewport is None:
             viewport = registration.create_viewport(
                 session,
@@ -212,29 +202,25 @@ def _jpeg(image_bgr: UInt8Array) -> bytes:
     return encoded.tobytes()
 
 
-def _remember_truth(session: Session, image: Image, truths: Sequence[SimulatedTruth]) -> None:
-    session.execute(sa.delete(VesselTruth).where(VesselTruth.image_id == image.id))
-    for truth in truths:
-        box = truth.box_px or truth.whole_box_px
-        session.add(
-            VesselTruth(
-                image_id=image.id,
-                identifier=truth.identifier,
-                mmsi=truth.mmsi,
-                vessel_class=VesselClass(truth.class_name.value),
-                centroid_in_cam_m=truth.centroid_in_cam_m.tolist(),
-                rotvec_cam_from_vessel=truth.rotvec_cam_from_vessel.tolist(),
-                length_m=truth.length_m,
-                width_m=truth.width_m,
-                height_m=truth.height_m,
-                corners_in_image_px=_pixels(truth.corners_in_image_px),
-                visible_fraction=truth.visible_fraction,
-                x1_px=box[0],
-                y1_px=box[1],
-                x2_px=box[2],
-                y2_px=box[3],
-            )
-        )
+def _truth_row(image_id: int, truth: SimulatedTruth) -> VesselTruth:
+    box = truth.box_px or truth.whole_box_px
+    return VesselTruth(
+        image_id=image_id,
+        identifier=truth.identifier,
+        mmsi=truth.mmsi,
+        vessel_class=VesselClass(truth.class_name.value),
+        centroid_in_cam_m=truth.centroid_in_cam_m.tolist(),
+        rotvec_cam_from_vessel=truth.rotvec_cam_from_vessel.tolist(),
+        length_m=truth.length_m,
+        width_m=truth.width_m,
+        height_m=truth.height_m,
+        corners_in_image_px=_pixels(truth.corners_in_image_px),
+        visible_fraction=truth.visible_fraction,
+        x1_px=box[0],
+        y1_px=box[1],
+        x2_px=box[2],
+        y2_px=box[3],
+    )
 
 
 def _pixels(points_px: FloatArray) -> list[list[float] | None]:
@@ -250,8 +236,7 @@ def _import_detections(
     ]
     listed = {
         "images": [
-            {"id": image_ids[frame.image_id], "file_name": f"{frame.name}.jpg"}
-            for frame in harbour.frames
+            {"id": image_ids[frame.image_id], "file_name": frame.name} for frame in harbour.frames
         ]
     }
     import_coco_detections(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from sqlalchemy.orm import Session
 
 from app.imagery import service as imagery
-from app.imagery.repository import ImageSpan
+from app.imagery.span import ImageSpan
 from app.registration import service
 from app.registration.readiness import Quality, Readiness, quality_of, readiness_of
 from app.tables.registration import Registration

@@ -5,12 +5,13 @@ from typing import Annotated
 
 from fastapi import APIRouter, Form, Request, Response
 from fastapi.responses import RedirectResponse
+from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
-from app.dependencies import JobsDep, SessionDep
+from app.dependencies import DatabaseDep, JobsDep, SessionDep
 from app.domain.fusion_settings import Preset
-from app.errors import AppError
+from app.errors import AppError, Conflict, Invalid
 from app.reviews import service as reviews
 from app.runs import service
 from app.sites import service as sites
@@ -32,6 +33,7 @@ def list_runs(request: Request, session: SessionDep, access: Reader) -> Response
         crumbs=[{"label": "Runs"}],
         runs=[(run, progress, reviews.verdicts(session, run.id)) for run, progress in runs],
         may_start=access.may_anywhere(Scope.INGEST),
+        reviewable=access.site_ids(Scope.REVIEW),
     )
 
 
@@ -46,7 +48,7 @@ def new_run(
 @router.post("/runs")
 def start_run(
     request: Request,
-    session: SessionDep,
+    database: DatabaseDep,
     jobs: JobsDep,
     access: Operator,
     viewport_id: Annotated[int, Form()],
@@ -56,33 +58,34 @@ def start_run(
     score_threshold: Annotated[str, Form()] = "",
     maximum_cost: Annotated[str, Form()] = "",
 ) -> Response:
-    """Start a run and show it."""
-    access.require(Scope.INGEST, sites.site_id_of_viewport(session, viewport_id))
+    """Start a run and show it; a wrong form comes back as it was entered."""
     entered = {"score_threshold": score_threshold, "maximum_cost": maximum_cost}
     try:
-        run = service.start_run(
-            session,
-            jobs,
-            viewport_id=viewport_id,
-            detector=detector,
-            preset=preset,
-            parameters={key: _value(text) for key, text in entered.items() if text.strip()},
-            name=name.strip(),
-            user_id=access.user_id,
-        )
-    except AppError as error:
-        session.rollback()
-        return _form(
-            request,
-            session,
-            access,
-            viewport_id=viewport_id,
-            detector=detector,
-            name=name,
-            entered=entered,
-            error=error,
-        )
-    record(session, access, "start", "run", run.id, site_id=run.site_id)
+        with database.writing() as session:
+            access.require(Scope.INGEST, sites.site_id_of_viewport(session, viewport_id))
+            run = service.start_run(
+                session,
+                jobs,
+                viewport_id=viewport_id,
+                detector=detector,
+                preset=preset,
+                parameters={key: _value(text) for key, text in entered.items() if text.strip()},
+                name=name.strip(),
+                user_id=access.user_id,
+            )
+            record(session, access, "start", "run", run.id, site_id=run.site_id)
+    except (Conflict, Invalid) as error:
+        with database.reading() as session:
+            return _form(
+                request,
+                session,
+                access,
+                viewport_id=viewport_id,
+                detector=detector,
+                name=name,
+                entered=entered,
+                error=error,
+            )
     return RedirectResponse(f"/runs/{run.id}", status_code=303)
 
 
@@ -95,7 +98,7 @@ def _value(text: str) -> object:
 
 def _form(
     request: Request,
-    session: SessionDep,
+    session: Session,
     access: Access,
     *,
     viewport_id: int | None,
