@@ -1,0 +1,97 @@
+"""The tables: made and removed by migrations alone, on both databases, and as the code has them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from app import schema
+from app.auth.tokens import new_token
+from app.db import Base, Database
+from app.errors import Conflict
+from app.jobs import JobClient, JobQueue
+from tests.factories.sites import make_site
+from tests.postgres import PostgresCluster
+
+ALEMBIC = "alembic_version"
+
+
+@pytest.fixture(params=["sqlite", "postgres"])
+def empty_database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
+    """Give a database of each kind without any table."""
+    if request.param == "sqlite":
+        database = Database(f"sqlite:///{tmp_path / 'empty.db'}")
+        yield database
+        database.dispose()
+        return
+    cluster: PostgresCluster = request.getfixturevalue("postgres_cluster")
+    name = f"empty_{new_token()[-16:].lower()}"
+    database = Database(cluster.create(name))
+    yield database
+    database.dispose()
+    cluster.drop(name)
+
+
+def own_tables(database: Database) -> set[str]:
+    """Return the tables that are not the job engine's."""
+    names = set(sa.inspect(database.engine).get_table_names())
+    return names & (set(Base.metadata.tables) | {ALEMBIC})
+
+
+def test_migrations_make_what_the_code_expects(empty_database: Database) -> None:
+    """After `upgrade` nothing differs between the tables in the code and in the database."""
+    schema.upgrade(empty_database)
+
+    assert own_tables(empty_database) == set(Base.metadata.tables) | {ALEMBIC}
+    assert schema.differences(empty_database) == []
+    assert schema.current_revision(empty_database) == schema.head_revision()
+
+
+def test_migrations_can_be_taken_back_and_made_again(empty_database: Database) -> None:
+    """`downgrade base` leaves none of our tables, and `upgrade` then works as on the first day."""
+    schema.upgrade(empty_database)
+    schema.downgrade(empty_database, "base")
+
+    assert own_tables(empty_database) <= {ALEMBIC}
+    assert schema.current_revision(empty_database) is None
+    schema.upgrade(empty_database)
+    assert schema.differences(empty_database) == []
+
+
+def test_upgrading_twice_changes_nothing(empty_database: Database) -> None:
+    """An upgrade of a database that is up to date is harmless, with rows in it too."""
+    schema.upgrade(empty_database)
+    with empty_database.writing() as session:
+        make_site(session)
+    schema.upgrade(empty_database)
+
+    with empty_database.reading() as session:
+        assert session.scalar(sa.text("SELECT count(*) FROM sites")) == 1
+
+
+def test_a_difference_is_found(empty_database: Database) -> None:
+    """`differences` is no rubber stamp: a column that the code does not know is told."""
+    schema.upgrade(empty_database)
+    with empty_database.writing() as session:
+        session.execute(sa.text("ALTER TABLE sites ADD COLUMN surplus INTEGER"))
+
+    assert "surplus" in str(schema.differences(empty_database))
+
+
+def test_another_revision_is_refused(empty_database: Database) -> None:
+    """A database without our tables is refused with the command that mends it."""
+    with pytest.raises(Conflict, match="quaymark db upgrade"):
+        schema.refuse_other_version(empty_database)
+    schema.upgrade(empty_database)
+    schema.refuse_other_version(empty_database)
+
+
+def test_the_job_engine_can_enqueue_at_once(empty_database: Database) -> None:
+    """One upgrade makes the job engine's tables too: no process has to make them while serving."""
+    schema.upgrade(empty_database)
+    jobs = JobClient(empty_database.url)
+    with empty_database.writing() as session:
+        jobs.enqueue(session, "any", 1, queue=JobQueue.SHORT, job_id="job-1")
+    jobs.cancel("job-1")
+    jobs.destroy()
