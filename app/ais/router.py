@@ -20,7 +20,7 @@ from app.dependencies import (
 )
 
 LARGEST_ID = 2**31 - 1
-router = APIRouter(prefix="/ais", tags=["ais"])
+router = APIRouter(prefix="/ais", tags=["AIS"])
 Reader = Annotated[Access, allowed(Scope.READ)]
 Operator = Annotated[Access, allowed(Scope.INGEST)]
 

@@ -162,7 +162,7 @@ def _account(
         access=access,
         sites=service.site_names(session, access),
         tokens=[token for token in tokens if token.revoked_at is None],
-        scopes=sorted(access.scopes()),
+        scopes=[scope for scope in Scope if scope in access.scopes()],
         flashes=[{"message": notice, "tone": "success"}] if notice else [],
         password_error=password_error,
         token_error=token_error,

@@ -13,6 +13,8 @@ from app.imagery import service as imagery
 from app.paging import Paging
 from app.registration import service as registration
 from app.registration.overview import NO_IMAGES, lines_of
+from app.reviews import service as reviews
+from app.runs import service as runs
 from app.sites import actions, camera_pages, service
 from app.sites.next_step import next_step
 from app.sites.schemas import SiteIn, SitePatch
@@ -25,6 +27,7 @@ Reader = Annotated[Access, allowed(Scope.READ)]
 Registrar = Annotated[Access, allowed(Scope.REGISTER)]
 Administrator = Annotated[Access, allowed(Scope.ADMIN)]
 ALL = Paging(limit=1000, after=None)
+RUNS_SHOWN = 5
 SITES = {"label": "Sites", "href": "/sites"}
 NEW_SITE = Form({"timezone": "UTC", "origin.height_m": "0", "water_level_m": "0"})
 
@@ -73,6 +76,7 @@ def show_site(request: Request, site_id: int, session: SessionDep, access: Reade
     images = imagery.spans_of_cameras(session, [camera.id for camera in cameras])
     counts = service.site_counts(session, [site.id])[site.id]
     lines = lines_of(session, viewports)
+    newest = runs.newest_runs(session, frozenset({site.id}), RUNS_SHOWN)
     return page(
         request,
         "sites/site.html",
@@ -82,6 +86,8 @@ def show_site(request: Request, site_id: int, session: SessionDep, access: Reade
         lines=lines,
         counts=counts,
         step=next_step(site, counts, cameras, lines),
+        runs=[(run, done, reviews.verdicts(session, run.id)) for run, done in newest],
+        reviewable=access.site_ids(Scope.REVIEW),
         may_register=access.may(Scope.REGISTER, site.id),
         may_ingest=access.may(Scope.INGEST, site.id),
     )

@@ -1,6 +1,7 @@
 /** The side panel: what is known of the current pose, in the order a reviewer asks for it. */
 import { heading, number, position, quantity, utc } from "../format";
 import { copyOf, element, part } from "../page/parts";
+import { costInWords, type CostPart } from "./cost";
 import { GRADE_NAMES, vesselName, type Grade, type Pose } from "./pose";
 import { shipType } from "./ship-type";
 
@@ -33,11 +34,13 @@ export class FactsPanel {
 
   private showCost(pose: Pose): void {
     part(this.root, "cost").textContent = number(pose.cost, 3);
-    const terms = Object.entries(pose.cost_terms).map(([name, value]) => [name, Number(value)] as const);
-    const largest = Math.max(1e-9, ...terms.map(([, value]) => Math.abs(value)));
+    const { summands, dividedBy } = costInWords(pose.cost_terms);
+    const largest = Math.max(1e-9, ...summands.map(({ value }) => value));
     part(this.root, "cost-terms").replaceChildren(
-      ...terms.map(([name, value]) => costTerm(name, value, largest)),
+      ...summands.map((summand) => costTerm(summand, largest)),
     );
+    part(this.root, "cost-divisor").textContent =
+      dividedBy === null ? "" : `divided by ${dividedBy.name} ${number(dividedBy.value, 2)}`;
   }
 
   private showFlags(flags: readonly string[]): void {
@@ -81,13 +84,13 @@ function fitFacts(pose: Pose): Fact[] {
   ];
 }
 
-function costTerm(name: string, value: number, largest: number): HTMLElement {
+function costTerm({ name, value }: CostPart, largest: number): HTMLElement {
   const row = element("li", "cost-term");
   const bar = element("progress");
   bar.max = largest;
-  bar.value = Math.abs(value);
-  bar.setAttribute("aria-label", inWords(name));
-  row.append(element("span", "", inWords(name)), bar, element("span", "number", number(value, 3)));
+  bar.value = value;
+  bar.setAttribute("aria-label", name);
+  row.append(element("span", "", name), bar, element("span", "number", number(value, 3)));
   return row;
 }
 
