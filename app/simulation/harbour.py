@@ -281,7 +281,7 @@ def make_harbour(
     spans = _session_spans(settings, image_count)
     cameras = _pointings(rng, azimuth_deg, width_px, height_px, count=min(2, len(spans)))
     scenes = [ViewportScene.of(camera, scenery.mesh) for camera in cameras]
-    painter = Painter(seed, harbour_axes(azimuth_deg).T)
+    painter = Painter(seed)
     stage = _Stage(seed, start, settings, enu, scenery, painter, scenes)
     viewports = _viewports(seed, stage, spans)
     sessions = tuple(

@@ -94,7 +94,7 @@ def light_at(place: Geodetic, moment: datetime, weather: Weather) -> Light:
     cover = weather.cloud_cover
     gets_through = (1 - cover) ** 0.7 * (1 - 0.25 * cover)
     sun = np.array([0.86 - 0.55 * warm, 0.94 - 0.3 * warm, 1.0]) * 1.25 * gets_through * height
-    blue = np.array([0.62, 0.34, 0.17]) * (1 - 0.4 * warm)
+    blue = np.array([0.60, 0.30, 0.13]) * (1 - 0.4 * warm)
     pale = np.array([0.86, 0.80, 0.74]) * (1 - warm) + np.array([0.50, 0.62, 0.80]) * warm
     grey = np.array([0.60, 0.58, 0.56])
     brightness = height * (1 - 0.25 * max(0.0, cover - 0.8) / 0.2)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from app.domain.arrays import FloatArray, UInt8Array
+from app.domain.arrays import UInt8Array
 from app.domain.camera import Camera
 from app.simulation.backdrop import Backdrop, build_backdrop
 from app.simulation.fleet_view import HullView, paint_hull, paint_reflection
@@ -19,7 +19,6 @@ from app.simulation.light import Light
 from app.simulation.mesh import Mesh, Shade
 from app.simulation.noise import cloud_tile, sampled
 from app.simulation.raster import Window
-from app.simulation.scenery import LEFT_BANK, RIGHT_BANK
 from app.simulation.sightlines import sight_lines
 from app.simulation.sky import paint_sky
 from app.simulation.wakes import Wake
@@ -70,7 +69,6 @@ class Painter:
     """Paints images of one harbour; keeps what a session shares."""
 
     seed: int
-    R_harbour_from_enu: FloatArray
     _textures: WaterTextures = field(init=False)
     _clouds: Shade = field(init=False)
     _session: tuple[ViewportScene, Light, Shade, Shade, Shade] | None = field(
@@ -95,7 +93,7 @@ class Painter:
         sky, land, cover = self._still(scene, light, water_level_m)
         canvas = sky.copy()
         row = scene.horizon_row
-        canvas[row:] = self._water(scene, light, water_level_m, time_s, hulls)
+        canvas[row:] = self._water(scene, light, water_level_m, time_s, hulls, cover)
         open_water = cover < 0.02
         open_water[:row] = False
         for hull in hulls:
@@ -131,6 +129,7 @@ class Painter:
         water_level_m: float,
         time_s: float,
         hulls: Sequence[PlacedHull],
+        cover: Shade,
     ) -> Shade:
         camera = scene.camera
         view = WaterView.of(
@@ -146,14 +145,7 @@ class Painter:
                 self._add_wake(
                     camera, scene.horizon_row, view, hull.wake, water_level_m, foam, slope
                 )
-        axes = self.R_harbour_from_enu.astype(np.float32)
-        across = view.x_m * axes[1, 0] + view.y_m * axes[1, 1]
-        right = view.x_m * axes[0, 0] + view.y_m * axes[0, 1]
-        shore = np.where(
-            right < LEFT_BANK[1][0], LEFT_BANK[1][1],
-            np.where(right > RIGHT_BANK[1][0], RIGHT_BANK[1][1], 1100.0),
-        ).astype(np.float32)  # fmt: skip
-        behind = np.maximum(shore - across, np.float32(1.0))
+        behind = _shore_behind_m(view, cover[scene.horizon_row :])
         return paint_water(view, light, self._textures, time_s, slope, foam, behind)
 
     def _add_wake(
@@ -185,10 +177,25 @@ class Painter:
         slope[rows, columns] += extra
 
 
+def _shore_behind_m(view: WaterView, cover: Shade) -> Shade:
+    """Return how far behind each point of water (h, w) the first land in its column is.
+
+    Where no land stands above it in the image, the shore is taken to be far away.
+    """
+    height = len(cover)
+    rows = np.arange(height, dtype=np.int32)[:, None]
+    # Piles and poles are too thin to darken the water: land must be wide.
+    wide = cv2.blur(cover, (1 | cover.shape[1] // 7, 1), borderType=cv2.BORDER_REPLICATE)
+    last_land = np.maximum.accumulate(np.where(wide > 0.5, rows, -1), axis=0)
+    shore = np.take_along_axis(view.distance_m, np.clip(last_land + 1, 0, height - 1), axis=0)
+    behind = np.where(last_land < 0, np.float32(5000.0), shore - view.distance_m)
+    return np.maximum(behind, np.float32(0.5))
+
+
 def _developed(linear: Shade, light: Light, rng: np.random.Generator) -> UInt8Array:
     """Expose, soften, add sensor noise and gamma: linear light to 8 bits."""
     middle = float(light.horizon.mean()) * 0.55 + float(light.sun.mean()) * 0.25
-    linear = linear * np.float32(0.42 / max(0.12, middle))
+    linear = linear * np.float32(0.6 / max(0.12, middle))
     soft = cv2.GaussianBlur(linear, (0, 0), 0.55)
     shoulder = soft / (1 + np.float32(0.18) * soft) * np.float32(1.12)
     screen = np.sqrt(np.clip(shoulder, 0, 1)) * 255

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 class TrafficSettings:
     """Vessels and their AIS. Shares are probabilities from 0 to 1; sigmas are one deviation."""
 
-    spacing_s: float = 38.0  # mean time between vessels that enter the view
+    spacing_s: float = 36.0  # mean time between vessels that enter the view
     lead_in_s: float = 420.0  # AIS is heard this long before the first image: statics every 360 s
-    moored_vessels: int = 3
+    moored_vessels: int = 2
     moored_with_ais_share: float = 0.35
-    no_ais_share: float = 0.12
-    class_b_share: float = 0.75  # of sailing boats and launches; all others carry class A
-    class_a_without_heading_share: float = 0.13
+    no_ais_share: float = 0.1
+    class_b_share: float = 0.6  # of sailing boats and launches; all others carry class A
+    class_a_without_heading_share: float = 0.08
     class_b_without_heading_share: float = 0.9
     position_sigma_m: float = 0.6  # from report to report
     bias_sigma_m: float = 2.5  # correlated over `bias_memory_s`
@@ -60,7 +60,7 @@ class DetectorSettings:
     least_size_px: float = 10.0
     miss_share: float = 0.04
     false_positives_per_image: float = 0.15
-    moored_share: float = 0.6  # moored vessels are harder to tell from the quay
+    moored_share: float = 0.5  # moored vessels are harder to tell from the quay
 
     @classmethod
     def perfect(cls) -> "DetectorSettings":

@@ -12,7 +12,7 @@ _CEILING_M = 1800.0
 def sky_colour(light: Light, elevation_sine: Shade) -> Shade:
     """Return the clear gradient (..., 3) for directions whose sine of elevation is given."""
     up = np.clip(elevation_sine, 0, 1)[..., None]
-    share = 1 - np.exp(-up / np.float32(0.22))
+    share = 1 - np.exp(-up / np.float32(0.13))
     gradient: Shade = light.horizon * (1 - share) + light.zenith * share
     return gradient
 

@@ -161,12 +161,14 @@ def add_gantry_crane(
 def add_tree(builder: MeshBuilder, rng: np.random.Generator, foot: Point, height_m: float) -> None:
     """Add a tree: a trunk and a crown of leafy lumps."""
     x, y, z = foot
-    builder.cylinder((x, y), 0.04 * height_m, (z, z + 0.5 * height_m), rgb(74, 62, 50), sides=5)
+    builder.cylinder((x, y), 0.03 * height_m, (z, z + 0.4 * height_m), rgb(74, 62, 50), sides=5)
     leaf = LEAVES[int(rng.integers(len(LEAVES)))]
-    for _ in range(7):
-        offset = rng.normal(0.0, 0.16 * height_m, 3) * (1.1, 1.1, 0.8)
-        middle = np.array([x, y, z + 0.6 * height_m]) + offset
-        _add_lump(builder, rng, middle, float(rng.uniform(0.16, 0.27)) * height_m, leaf)
+    for number in range(9):
+        spread = 0.2 - 0.012 * number  # lumps rise and close in towards the top
+        offset = rng.normal(0.0, spread * height_m, 2)
+        level = (0.3 + 0.06 * number) * height_m
+        middle = np.array([x + offset[0], y + offset[1], z + level])
+        _add_lump(builder, rng, middle, float(rng.uniform(0.15, 0.24)) * height_m, leaf)
 
 
 def add_bush(builder: MeshBuilder, rng: np.random.Generator, foot: Point, size_m: float) -> None:
@@ -220,10 +222,10 @@ def add_container_yard(
 
 
 def add_dolphin(builder: MeshBuilder, name: str, foot: Point, top_m: float) -> Landmarks:
-    """Add a mooring dolphin: three piles under a white cap; its landmark is the light on top."""
+    """Add a mooring dolphin: three piles under a cap; its landmark is the light on top."""
     x, y, z = foot
     for dx, dy in ((-1.0, -0.6), (1.0, -0.6), (0.0, 1.0)):
         builder.cylinder((x + dx, y + dy), 0.5, (z, top_m - 0.8), rgb(62, 54, 46), sides=8)
-    builder.cylinder((x, y), 1.7, (top_m - 0.8, top_m), rgb(214, 212, 200), sides=10)
-    builder.cylinder((x, y), 0.18, (top_m, top_m + 2.4), rgb(180, 40, 36), sides=6)
-    return {f"{name}, light": (x, y, top_m + 2.4)}
+    builder.cylinder((x, y), 1.7, (top_m - 0.8, top_m), rgb(104, 98, 88), sides=10)
+    builder.cylinder((x, y), 0.12, (top_m, top_m + 1.7), rgb(196, 190, 60), sides=6)
+    return {f"{name}, light": (x, y, top_m + 1.7)}

@@ -37,12 +37,12 @@ class _Habit:
 
 
 _HABITS = {
-    ShipType.TUG: _Habit(0.2, (6, 10), (140, 400), 0.25),
-    ShipType.FERRY: _Habit(0.22, (8, 12), (120, 330), 0.1),
+    ShipType.TUG: _Habit(0.24, (6, 10), (140, 400), 0.25),
+    ShipType.FERRY: _Habit(0.24, (8, 12), (120, 330), 0.1),
     ShipType.CONVOY: _Habit(0.1, (4, 6), (260, 420)),
     ShipType.CONTAINER_SHIP: _Habit(0.1, (6, 9), (300, 425)),
-    ShipType.SAILING_BOAT: _Habit(0.14, (3, 6), (120, 300)),
-    ShipType.LAUNCH: _Habit(0.14, (5, 9), (105, 360), 0.35),
+    ShipType.SAILING_BOAT: _Habit(0.1, (3, 6), (120, 300)),
+    ShipType.LAUNCH: _Habit(0.12, (5, 9), (105, 360), 0.35),
     ShipType.INLAND_SHIP: _Habit(0.1, (5, 8), (200, 420)),
 }
 # Where ships lie: wall (start and end in the harbour's frame), metres along it, longest ship.

@@ -61,9 +61,9 @@ class Wake:
         bow_fade = np.exp(-from_bow / (5 + 4.5 * self.speed_m_s))
         bow = np.exp(-((arm / width) ** 2)) * bow_fade * (ahead < half_length + 0.5)
         alongside = np.exp(-((np.maximum(aside - half_width, 0) / 0.9) ** 2))
-        alongside *= (np.abs(ahead) < half_length) * 0.35
+        alongside *= (np.abs(ahead) < half_length) * 0.5
         frayed = np.clip(0.62 + 0.42 * lace, 0, 1)
-        foam = np.clip(churned * 0.95 + bow * 1.1 + alongside, 0, 1) * frayed * vigour
+        foam = np.clip(churned * 1.2 + bow * 1.6 + alongside, 0, 1) * frayed * vigour
         swell = (
             np.exp(-((arm / (width * 2.5)) ** 2))
             * np.sin(arm / width)

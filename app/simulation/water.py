@@ -17,9 +17,9 @@ from app.simulation.mesh import Shade
 from app.simulation.noise import cloud_tile, sampled, wave_slopes
 from app.simulation.sky import sky_colour
 
-_BANDS_M = (0.8, 2.0, 5.0, 12.0, 34.0)
-_SHARES = (0.55, 0.6, 0.45, 0.26, 0.1)
-_CRESTS = 22.0
+_BANDS_M = (0.45, 1.2, 3.0, 7.5, 18.0, 45.0)
+_SHARES = (0.6, 0.62, 0.5, 0.34, 0.17, 0.08)
+_CRESTS = 27.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,15 @@
 """Routes and passages."""
 
+import json
+from pathlib import Path
+
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.domain.geodesy import EcefFrame
 from app.simulation.motion import Passage, Route, heading_axes
 
 ROUTE = Route.through([(0.0, 0.0), (800.0, 0.0), (800.0, 900.0)], 90.0)
@@ -52,3 +57,14 @@ def test_vessel_axes_are_forward_port_up(heading: float, forward: tuple[int, ...
     assert axes[:, 0] == pytest.approx(forward, abs=1e-12)
     assert axes[:, 2] == pytest.approx([0, 0, 1])
     assert np.linalg.det(axes) == pytest.approx(1.0)
+
+
+def test_axes_give_the_rotation_of_a_published_label(shared_dir: Path) -> None:
+    """A real vessel's heading and place give the rotation that its data set published."""
+    folder = shared_dir / "real" / "bonk"
+    camera = json.loads((folder / "camera.json").read_text())
+    label = json.loads((folder / "label" / "00139255c1d7dd9c.json").read_text())
+    vessel, published = label["vessels"][0], label["objects"][0]["position"]
+    axes = heading_axes(vessel["heading"], EcefFrame().axes(vessel["lat"], vessel["long"]))
+    expected, _ = cv2.Rodrigues(np.array(published["eulerAngles"]))
+    assert np.array(camera["R_cam_from_ecef"]) @ axes == pytest.approx(expected, abs=1e-6)

@@ -1,12 +1,15 @@
 """Truth against other ways to compute it."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
+from app.simulation.fleet_view import view_hulls
 from app.simulation.harbour import Frame, Harbour
-from app.simulation.ships import Ship
-from app.simulation.truth import VesselClass, VesselTruth
+from app.simulation.ships import Ship, ShipType, build_ship
+from app.simulation.truth import PlacedVessel, VesselClass, VesselTruth, vessel_truths
 
 
 def _whole(harbour: Harbour) -> list[tuple[Frame, VesselTruth]]:
@@ -107,19 +110,26 @@ def test_a_ship_across_the_border_is_leaving_the_frame(harbour: Harbour) -> None
             assert truth.visible_fraction < 1
 
 
-def test_convoys_are_one_ship_and_their_hulls_subvessels() -> None:
+def test_convoys_are_one_ship_and_their_hulls_subvessels(harbour: Harbour) -> None:
     """The unit carries the MMSI; the hulls follow it and lie inside its box."""
-    from app.simulation.harbour import make_harbour  # noqa: PLC0415 - this seed only here
-
-    harbour = make_harbour(6, image_count=8, width_px=320, height_px=240)
-    units = 0
-    for frame in harbour.frames:
-        parts = [t for t in frame.truth if t.class_name is VesselClass.SUBVESSEL]
-        for part in parts:
-            unit = next(t for t in frame.truth if t.identifier == part.part_of)
-            assert part.mmsi is None
-            assert part.length_m < unit.length_m
-            assert part.whole_box_px[0] >= unit.whole_box_px[0]
-            assert part.whole_box_px[2] <= unit.whole_box_px[2]
-            units += 1
-    assert units > 0
+    ship = build_ship(ShipType.CONVOY, np.random.default_rng(1))
+    camera = harbour.camera.viewports[0].camera
+    ahead = camera.R_cam_from_world[2] * (1, 1, 0)
+    ahead /= np.linalg.norm(ahead)
+    axes = np.column_stack([camera.R_cam_from_world[0] * (1, 1, 0), ahead, (0, 0, 1)])
+    middle = 330.0 * ahead
+    other = next(v for v in harbour.vessels if v.mmsi is not None)
+    placed = PlacedVessel(replace(other, ship=ship), middle, axes, 0.0, 2.0)
+    meshes = [part.mesh.moved(axes, middle) for part in ship.parts]
+    views = view_hulls(camera, meshes, 2, np.zeros((480, 640), dtype=np.float32))
+    unit, *parts = vessel_truths(camera, placed, views)
+    assert unit.mmsi == other.mmsi
+    assert [p.class_name for p in parts] == [VesselClass.SUBVESSEL] * len(ship.parts)
+    assert sum(part.length_m for part in parts) == pytest.approx(unit.length_m)
+    for part in parts:
+        assert part.mmsi is None
+        assert part.part_of == unit.identifier
+        assert part.whole_box_px[0] >= unit.whole_box_px[0]
+        assert part.whole_box_px[2] <= unit.whole_box_px[2]
+        along = (part.centroid_in_enu_m - unit.centroid_in_enu_m) @ axes[:, 0]
+        assert abs(along) < unit.length_m / 2
