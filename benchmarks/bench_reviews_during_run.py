@@ -11,7 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
-import httpx
+import httpx2
 
 from app import schema
 from app.auth.access import Scope
@@ -68,7 +68,7 @@ def _measure(
 ) -> None:
     jobs = JobClient(settings.database_url)
     headers = {"Authorization": f"Bearer {token}"}
-    with httpx.Client(base_url=f"http://127.0.0.1:{settings.port}", headers=headers) as client:
+    with httpx2.Client(base_url=f"http://127.0.0.1:{settings.port}", headers=headers) as client:
         first = _start(database, jobs, viewport_id, detector, 0.25)
         while _run(client, first)["status"] not in {"succeeded", "failed"}:
             time.sleep(0.2)
@@ -102,18 +102,18 @@ def _start(
         ).id
 
 
-def _run(client: httpx.Client, run_id: int) -> dict[str, object]:
+def _run(client: httpx2.Client, run_id: int) -> dict[str, object]:
     for _ in range(300):
         try:
             body: dict[str, object] = client.get(f"/api/v1/runs/{run_id}").json()
-        except httpx.ConnectError:
+        except httpx2.ConnectError:
             time.sleep(0.1)
         else:
             return body
     raise TimeoutError("the web process did not come up")
 
 
-def _grade(client: httpx.Client, pose_id: int) -> float:
+def _grade(client: httpx2.Client, pose_id: int) -> float:
     begun = time.perf_counter()
     answer = client.post(f"/api/v1/poses/{pose_id}/reviews", json={"grade": "good"})
     taken_ms = (time.perf_counter() - begun) * 1000

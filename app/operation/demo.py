@@ -121,9 +121,8 @@ def _finish_runs(database: Database, run_ids: list[int]) -> list[str]:
                 progress = runs.progress(session, run)
             if run.status in runs.ENDED:
                 break
-            _tell(
-                f"{runs.label(run)}: {progress.images_done} of {progress.images_total} images ..."
-            )
+            done = f"{progress.images_done} of {progress.images_total} images"
+            _tell(f"{runs.label(run)}: {done} ...", fleeting=True)
             time.sleep(0.2)
         if run.status is RunStatus.FAILED:
             raise AppError(f"the run failed: {run.error}")

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from datetime import timedelta
 
-import httpx
+import httpx2
 import pytest
 import sqlalchemy as sa
 from fastapi import FastAPI
@@ -22,7 +22,7 @@ WRONG = "the wrong password"
 
 def _post(
     browser: TestClient, email: str, password: str = identity.PASSWORD, **fields: str
-) -> httpx.Response:
+) -> httpx2.Response:
     return browser.post("/sign-in", data={"email": email, "password": password, **fields})
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import httpx
+import httpx2
 import pytest
 import structlog
 from fastapi import FastAPI
@@ -64,7 +64,7 @@ def filled(path: str, ids: dict[str, int]) -> str:
     return PLACE.sub(lambda match: str(ids[match[1]]), path)
 
 
-def send(client: TestClient, app: FastAPI, call: Call, ids: dict[str, int]) -> httpx.Response:
+def send(client: TestClient, app: FastAPI, call: Call, ids: dict[str, int]) -> httpx2.Response:
     """Send a request as the OpenAPI document describes it, with the given ids wherever they go."""
     arguments: dict[str, Any] = {"headers": {"If-Match": '"1"'}}
     operation = _operation(app, call)
