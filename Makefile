@@ -44,8 +44,8 @@ check: build ## Lint, types, import rules, licences, rendered pages
 		> var/openapi.json
 	npm run --silent api-types
 	npm run --silent check
-	$(BIN)/python tests/check_licences.py
-	$(BIN)/python tests/check_pages.py
+	$(BIN)/python -m tests.check_licences
+	$(BIN)/python -m tests.check_pages
 
 .PHONY: format
 format: build ## Let the formatters rewrite the code

@@ -4,7 +4,7 @@ Quaymark is Apache-2.0 and is handed on with what it needs, so each dependency m
 Libraries under the LGPL stay replaceable and are fine. A licence that this list does not know fails
 the check until somebody has read it; a package with a choice of licences is noted with a reason.
 
-Run as a script: `python tests/check_licences.py`; exit 1 lists what is wrong.
+Run as a script: `python -m tests.check_licences`; exit 1 lists what is wrong.
 """
 
 import json

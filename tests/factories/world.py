@@ -3,6 +3,7 @@
 from sqlalchemy.orm import Session
 
 from app.db import now
+from app.domain.accounting import Accounting
 from app.tables.ais import AisFile, AisPosition, Vessel
 from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.exports import Export
@@ -62,7 +63,7 @@ def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]
         file_name=f"{marker}.csv",
         format="table",
         size_bytes=1,
-        accounting={},
+        accounting={**Accounting().as_dict(), "vessels": 1},
     )
     session.add(file)
     session.flush()
