@@ -28,8 +28,12 @@ export class FactsPanel {
   private showGrade(pose: Pose, grade: Grade | null): void {
     const target = part(this.root, "grade");
     target.replaceChildren(copyOf(this.root.ownerDocument, grade ?? "ungraded"));
-    const reviewer = grade !== null && pose.review?.grade === grade ? pose.review.user : null;
+    const review = grade !== null && pose.review?.grade === grade ? pose.review : null;
+    const reviewer = review?.user ?? null;
     part(this.root, "grade-by").textContent = reviewer === null ? "" : `by ${reviewer}`;
+    const comment = part(this.root, "comment");
+    comment.textContent = review?.comment ?? "";
+    comment.hidden = comment.textContent === "";
   }
 
   private showCost(pose: Pose): void {
