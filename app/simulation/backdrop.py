@@ -11,51 +11,56 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from app.domain.arrays import Float32Array
 from app.domain.camera import Camera
 from app.simulation.light import Light
 from app.simulation.mesh import Mesh, Shade, Surface
 from app.simulation.noise import cloud_tile
-from app.simulation.raster import Raster, Window, rasterise
+from app.simulation.raster import Window, rasterise
 from app.simulation.sightlines import sight_lines
 
 
 @dataclass(frozen=True, eq=False)
 class Backdrop:
-    """Land in a viewport, at the samples of `raster.window`.
+    """Land in a viewport, at the samples of `window` where `covered` (height, width) is set.
 
-    `texture` (height, width) brightens or darkens, `height_m` is above the mean water level, both
-    meaningless where there is no face.
+    The arrays `face`, `texture` (brightens or darkens), `height_m` (above the mean water level) and
+    `distance_m` list only those n samples, row by row; `inverse_depth` too, 1/m along the axis.
     """
 
     mesh: Mesh
-    raster: Raster
+    window: Window
+    covered: npt.NDArray[np.bool_]
+    face: npt.NDArray[np.int32]
+    inverse_depth: Shade
     texture: Shade
     height_m: Shade
     distance_m: Shade
 
-    def above(self, water_level_m: float) -> npt.NDArray[np.bool_]:
-        """Where land stands out of the water (height, width)."""
-        return self.raster.mask & (self.height_m >= water_level_m)
-
-    def inverse_depth(self, water_level_m: float) -> Shade:
+    def inverse_depth_above(self, water_level_m: float) -> Float32Array:
         """Inverse depth of the land above water (height, width), 0 elsewhere."""
-        return np.where(self.above(water_level_m), self.raster.inverse_depth, np.float32(0.0))
+        depth = np.zeros(self.covered.shape, dtype=np.float32)
+        depth[self.covered] = np.where(self.height_m >= water_level_m, self.inverse_depth, 0.0)
+        return depth
 
     def lit(self, light: Light, water_level_m: float) -> tuple[Shade, Shade]:
         """Return colour times coverage (h, w, 3) and coverage (h, w) in whole pixels."""
         table = light.on(self.mesh.normals(), self.mesh.colours)
-        shown = self.above(water_level_m)
-        colour = table[np.maximum(self.raster.face, 0)] * self.texture[..., None]
-        clear = np.exp(-self.distance_m / light.weather.visibility_m)[..., None]
+        clear = np.exp(-self.distance_m / light.weather.visibility_m)[:, None]
+        colour = table[self.face] * self.texture[:, None]
         colour = colour * clear + light.haze * (1 - clear)
-        wet = np.clip((self.height_m - water_level_m) / 1.6, 0.45, 1.0)[..., None]
-        colour = np.where(self.height_m[..., None] < water_level_m + 1.6, colour * wet, colour)
-        colour *= shown[..., None]
-        per_px = self.raster.window.samples_per_px
-        size = (shown.shape[1] // per_px, shown.shape[0] // per_px)
-        coverage = cv2.resize(shown.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-        small = cv2.resize(colour, size, interpolation=cv2.INTER_AREA)
-        return np.asarray(small), np.asarray(coverage)
+        above_m = self.height_m - water_level_m
+        # Walls are wet and dark up to where the last waves reached.
+        colour *= np.clip(above_m / 1.6, 0.45, 1.0)[:, None]
+        colour[above_m < 0] = 0.0
+        canvas = np.zeros((*self.covered.shape, 3), dtype=np.float32)
+        canvas[self.covered] = colour
+        shown = np.zeros(self.covered.shape, dtype=np.float32)
+        shown[self.covered] = above_m >= 0
+        per_px = self.window.samples_per_px
+        size = (self.window.width // per_px, self.window.height // per_px)
+        cover = cv2.resize(shown, size, interpolation=cv2.INTER_AREA)
+        return np.asarray(cv2.resize(canvas, size, interpolation=cv2.INTER_AREA)), np.asarray(cover)
 
 
 def build_backdrop(camera: Camera, mesh: Mesh, samples_per_px: int) -> Backdrop:
@@ -66,15 +71,15 @@ def build_backdrop(camera: Camera, mesh: Mesh, samples_per_px: int) -> Backdrop:
     )
     raster = rasterise(camera, mesh, window)
     covered = raster.mask
+    face, inverse_depth = raster.face[covered], raster.inverse_depth[covered]
     sight = sight_lines(camera, window)[covered]
     along_axis = sight @ camera.R_cam_from_world[2].astype(np.float32)
-    away = 1 / (raster.inverse_depth[covered] * along_axis)
+    away = 1 / (inverse_depth * along_axis)
     place = sight * away[:, None] + camera.center_in_world.astype(np.float32)
     footprint = away / np.float32(inner.K[0, 0] * samples_per_px)
-    shades = _texture(mesh, raster.face[covered], place, footprint)
-    texture, height, distance = (np.zeros(covered.shape, dtype=np.float32) for _ in range(3))
-    texture[covered], height[covered], distance[covered] = shades, place[:, 2], away
-    return Backdrop(mesh, raster, texture, height, distance)
+    texture = _texture(mesh, face, place, footprint)
+    height = np.ascontiguousarray(place[:, 2])
+    return Backdrop(mesh, window, covered, face, inverse_depth, texture, height, away)
 
 
 def _texture(mesh: Mesh, face: npt.NDArray[np.int32], place: Shade, footprint_m: Shade) -> Shade:

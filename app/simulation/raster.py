@@ -17,6 +17,7 @@ from app.domain.camera import Camera
 from app.simulation.mesh import IntArray, Mesh
 
 NO_FACE = -1
+_FACES_AT_ONCE = 1000  # keeps a viewport of the land within some 100 MB
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,15 @@ class _Outlines:
     first_row: IntArray
     last_row: IntArray
 
+    def part(self, start: int, end: int) -> "_Outlines":
+        return _Outlines(
+            self.index[start:end],
+            self.edges[start:end],
+            self.plane[start:end],
+            self.first_row[start:end],
+            self.last_row[start:end],
+        )
+
 
 def window_of(camera: Camera, mesh: Mesh, samples_per_px: int, limit: Window) -> Window:
     """Return the samples that a mesh can cover, within `limit`."""
@@ -106,12 +116,13 @@ def rasterise(camera: Camera, mesh: Mesh, window: Window) -> Raster:
     """
     face = np.full(window.height * window.width, NO_FACE, dtype=np.int32)
     depth = np.zeros(window.height * window.width, dtype=np.float32)
-    if len(face):
-        outlines = _outlines(camera, mesh, window)
-        which, position, inverse = _fragments(outlines, window)
+    outlines = _outlines(camera, mesh, window)
+    for start in range(0, len(outlines.index), _FACES_AT_ONCE):
+        some = outlines.part(start, start + _FACES_AT_ONCE)
+        which, position, inverse = _fragments(some, window)
         np.maximum.at(depth, position, inverse)
         nearest = inverse == depth[position]
-        face[position[nearest]] = outlines.index[which[nearest]]
+        face[position[nearest]] = some.index[which[nearest]]
     shape = (window.height, window.width)
     return Raster(window, face.reshape(shape), depth.reshape(shape))
 

@@ -11,7 +11,7 @@ from math import cos, radians, sin
 
 import numpy as np
 
-from app.domain.arrays import FloatArray
+from app.domain.arrays import Float32Array, FloatArray
 from app.domain.camera import Camera, Intrinsics
 from app.domain.geodesy import Geodetic
 from app.simulation.painter import ViewportScene
@@ -94,7 +94,8 @@ def click_keypoints(
     names = list(landmarks_in_enu)
     points = np.array([landmarks_in_enu[name] for name in names])
     pixels = scene.camera.project(points)
-    shown = [i for i in range(len(names)) if _visible(scene, points[i], pixels[i])]
+    land = scene.backdrop.inverse_depth_above(-np.inf)
+    shown = [i for i in range(len(names)) if _visible(scene, land, points[i], pixels[i])]
     chosen: list[int] = []
     while shown and len(chosen) < _MOST_KEYPOINTS:
         if chosen:
@@ -109,8 +110,13 @@ def click_keypoints(
     )
 
 
-def _visible(scene: ViewportScene, point: FloatArray, pixel: FloatArray) -> bool:
-    """Whether nothing ashore stands between the camera and a landmark inside the image."""
+def _visible(
+    scene: ViewportScene, land: Float32Array, point: FloatArray, pixel: FloatArray
+) -> bool:
+    """Whether nothing ashore stands between the camera and a landmark inside the image.
+
+    `land` is the inverse depth of the land at the scene's samples.
+    """
     inner = scene.camera.intrinsics
     margin = 6.0
     if not np.isfinite(pixel).all():
@@ -118,11 +124,9 @@ def _visible(scene: ViewportScene, point: FloatArray, pixel: FloatArray) -> bool
     inside = margin <= pixel[0] < inner.width_px - margin
     if not (inside and margin <= pixel[1] < inner.height_px - margin):
         return False
-    raster = scene.backdrop.raster
-    column, row = ((pixel + 0.5) * raster.window.samples_per_px).astype(int)
-    # The nearest face about the corner must not be clearly nearer than the landmark itself, and
-    # some of the land must be there: a corner shows as an edge between near and far.
-    around = raster.inverse_depth[row - 2 : row + 3, column - 2 : column + 3]
+    column, row = ((pixel + 0.5) * scene.backdrop.window.samples_per_px).astype(int)
+    # About a corner some of its own surface must show, and nothing clearly nearer prevail.
+    around = land[row - 2 : row + 3, column - 2 : column + 3]
     depth = float(scene.camera.to_cam(point)[0, 2])
     nearest = 1 / max(float(np.median(around)), 1e-9)
     own = np.abs(1 / np.maximum(around, 1e-9) - depth) < 0.02 * depth + 1.0
