@@ -53,6 +53,9 @@ def worker(
 def demo(
     host: Host = "127.0.0.1",
     port: Port = 8000,
+    images: Annotated[int, typer.Option(min=1, max=10_000, help="How many images")] = 24,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed is another harbour")] = 1,
+    size: Annotated[str, typer.Option(help="Image size in px: WIDTHxHEIGHT")] = "1280x960",
     *,
     leave: Annotated[
         bool, typer.Option("--exit", help="Set up, run, print the summary, and end")
@@ -60,8 +63,20 @@ def demo(
 ) -> None:
     """Set up the demo harbour, run the pipeline on it and serve it until Ctrl-C."""
     from app.operation.demo import run_demo
+    from app.operation.harbour_site import HarbourChoice
 
-    run_demo(host, port, leave=leave)
+    width_px, height_px = _size(size)
+    run_demo(host, port, HarbourChoice(seed, images, width_px, height_px), leave=leave)
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, times, height = text.partition("x")
+    if not (times and width.isdecimal() and height.isdecimal()):
+        raise typer.BadParameter(f"{text!r} must read WIDTHxHEIGHT, such as 1280x960")
+    width_px, height_px = int(width), int(height)
+    if not (320 <= width_px <= 8192 and 240 <= height_px <= 8192):
+        raise typer.BadParameter("width must lie in 320 to 8192 px, height in 240 to 8192 px")
+    return width_px, height_px
 
 
 def bench(name: Annotated[str, typer.Argument(help="Only this benchmark")] = "") -> None:

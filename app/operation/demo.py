@@ -24,9 +24,11 @@ from app.auth.users import MembershipSpec, create_user
 from app.config import Settings, get_settings
 from app.db import Database
 from app.errors import AppError
+from app.evaluation.service import against_truth
 from app.jobs import JobClient
 from app.logs import configure_logs
 from app.operation import harbour_repository, harbour_site
+from app.operation.harbour_site import HarbourChoice
 from app.operation.serving import listening_socket, make_server
 from app.runs import service as runs
 from app.storage import Storage
@@ -37,7 +39,7 @@ PEOPLE = (("admin@quaymark.example", Role.ADMIN), ("reviewer@quaymark.example", 
 READY_WITHIN_S = 60
 
 
-def run_demo(host: str, port: int, *, leave: bool) -> None:
+def run_demo(host: str, port: int, choice: HarbourChoice, *, leave: bool) -> None:
     """Set up, run the pipeline on the demo harbour, and serve it; or end after the summary."""
     signal.signal(signal.SIGTERM, _end)
     configure_logs(logging.WARNING)
@@ -47,11 +49,11 @@ def run_demo(host: str, port: int, *, leave: bool) -> None:
     schema.upgrade(database)
     passwords = _make_people(database)
     with _worker(settings):
-        place = harbour_site.find_complete(database) or harbour_site.install(
-            database, Storage(settings.storage_url), settings, _tell
+        place = harbour_site.find_complete(database, choice) or harbour_site.install(
+            database, Storage(settings.storage_url), settings, choice, _tell
         )
-        run_ids = harbour_site.start_missing_runs(database, jobs, place)
-        summary = _finish_runs(database, run_ids)
+        run_ids = harbour_site.start_missing_runs(database, jobs, place, choice.detector_name)
+        summary = _finish_runs(database, run_ids) + _against_truth(database, run_ids)
         _tell("", fleeting=True)
         typer.echo("\n".join(summary + _how_to_sign_in(passwords)))
         jobs.destroy()
@@ -130,6 +132,33 @@ def _finish_runs(database: Database, run_ids: list[int]) -> list[str]:
             f"{runs.label(run)}: {progress.images_done} images, {progress.detections} detections, "
             f"{progress.poses} poses"
         )
+    return lines
+
+
+def _against_truth(database: Database, run_ids: list[int]) -> list[str]:
+    """Return lines on how the poses stand to the simulated truth."""
+    with database.reading() as session:
+        figures = against_truth(session, run_ids)
+    if figures is None:
+        return []
+    matched = (
+        f"Against the truth: {figures.matched} of {figures.matchable} vessels with AIS that are at "
+        f"least half visible have a pose; {figures.wrong} wrong matches."
+    )
+    lines = [matched]
+    spreads = (
+        ("horizontal", figures.horizontal_m, "m"),
+        ("vertical", figures.vertical_m, "m"),
+        ("heading", figures.heading_deg, "deg"),
+        ("height", figures.height_m, "m"),
+        ("ADD-S", figures.add_s_m, "m"),
+    )
+    for label, spread, unit in spreads:
+        if spread is not None:
+            lines.append(
+                f"  {label + ' error':<17} median {spread.median:5.2f} {unit:<3}  "
+                f"95 % within {spread.p95:5.2f} {unit}"
+            )
     return lines
 
 

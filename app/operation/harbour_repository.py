@@ -12,9 +12,9 @@ from app.tables.runs import Run
 from app.tables.sites import Camera, Site, Viewport
 
 
-def simulated_site(session: Session) -> Site | None:
-    """Return the first simulated site."""
-    return session.scalars(sa.select(Site).where(Site.is_simulated).order_by(Site.id)).first()
+def simulated_site(session: Session, name: str) -> Site | None:
+    """Return the simulated site of a name."""
+    return session.scalars(sa.select(Site).where(Site.is_simulated, Site.name == name)).first()
 
 
 def first_camera(session: Session, site_id: int) -> Camera | None:

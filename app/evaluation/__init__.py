@@ -1,0 +1,1 @@
+"""Evaluation: what a run is worth, against truth where a site has it."""

@@ -1,0 +1,194 @@
+"""How far the poses of an estimator are from the truth, over harbours of many seeds.
+
+Everything is as in a run: cameras registered by PnP from clicked keypoints, states decoded from the
+NMEA recording, simulated detections, matching and fusion. Hulls are of the fleet kept for judging.
+Figures are medians of a seed's errors; their mean over seeds has a 95 % interval by bootstrap.
+"""
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from app.domain.ais import PositionReport, StaticReport
+from app.domain.camera import Camera
+from app.domain.fusion import FusionSettings, fuse
+from app.domain.keypoints import keypoints_in
+from app.domain.metrics import BoxPose, PoseError, box_iou, pose_error
+from app.domain.nmea import NmeaDecoder, decode_lines
+from app.domain.registration import register_pnp
+from app.domain.tracks import TrackSettings, state_at
+from app.domain.vessel_state import VesselState
+from app.simulation.harbour import Frame, Harbour, make_harbour
+from app.simulation.settings import HarbourSettings
+from app.simulation.truth import VesselTruth
+
+SEEDS = range(1000, 1012)
+IMAGES = 40
+LEAST_VISIBLE = 0.5
+BOOTSTRAPS = 2000
+
+
+@dataclass
+class SeedResult:
+    """What came of one harbour."""
+
+    matchable: int = 0
+    matched: int = 0
+    wrong: int = 0
+    errors: list[PoseError] = field(default_factory=list)
+
+
+def judge(seed: int) -> SeedResult:
+    """Fuse one harbour's images and compare each pose with the truth."""
+    harbour = make_harbour(seed, IMAGES, settings=HarbourSettings(fleet="judging"))
+    cameras = registered(harbour)
+    positions, statics = heard(harbour)
+    result = SeedResult()
+    for frame in harbour.frames:
+        camera = cameras[frame.viewport.name]
+        judge_frame(harbour, frame, camera, list(states(frame, positions, statics)), result)
+    return result
+
+
+def registered(harbour: Harbour) -> dict[str, Camera]:
+    """Register every viewport from its clicked keypoints."""
+    places = {landmark.name: landmark.place for landmark in harbour.landmarks}
+    cameras = {}
+    for viewport in harbour.camera.viewports:
+        seen = [(places[k.landmark], (k.u_px, k.v_px)) for k in viewport.keypoints]
+        keypoints = keypoints_in(harbour.frame, seen)
+        solution = register_pnp(harbour.frame, harbour.camera.intrinsics, keypoints)
+        assert solution.camera is not None
+        cameras[viewport.name] = solution.camera
+    return cameras
+
+
+def heard(
+    harbour: Harbour,
+) -> tuple[dict[int, list[PositionReport]], dict[int, list[StaticReport]]]:
+    """Decode the harbour's recording."""
+    positions: dict[int, list[PositionReport]] = defaultdict(list)
+    statics: dict[int, list[StaticReport]] = defaultdict(list)
+    for report in decode_lines(harbour.nmea_lines(), NmeaDecoder()):
+        if isinstance(report, PositionReport):
+            positions[report.mmsi].append(report)
+        else:
+            statics[report.mmsi].append(report)
+    for reports in positions.values():
+        reports.sort(key=lambda report: report.fix_time)
+    return positions, statics
+
+
+def states(
+    frame: Frame,
+    positions: dict[int, list[PositionReport]],
+    statics: dict[int, list[StaticReport]],
+) -> Iterator[VesselState]:
+    """Give the state of every vessel at the time of an image."""
+    for mmsi, reports in positions.items():
+        state = state_at(reports, statics.get(mmsi, []), frame.captured_at, TrackSettings())
+        if isinstance(state, VesselState):
+            yield state
+
+
+def judge_frame(
+    harbour: Harbour,
+    frame: Frame,
+    camera: Camera,
+    vessel_states: list[VesselState],
+    result: SeedResult,
+) -> None:
+    """Add one image's poses to the result."""
+    level_m = harbour.site.water_level_m
+    detections = frame.detections
+    fused = fuse(camera, harbour.frame, level_m, detections, vessel_states, FusionSettings())
+    right: set[int] = set()
+    for pose in fused.poses:
+        box = detections[pose.detection_index]
+        true = under((box.x1_px, box.y1_px, box.x2_px, box.y2_px), frame.truth)
+        mmsi = int(vessel_states[pose.state_index].identifier)
+        if true is None or true.mmsi != mmsi:
+            result.wrong += 1
+            continue
+        right.add(mmsi)
+        generated = BoxPose(
+            frame.viewport.camera.to_cam(pose.centroid_in_world)[0],
+            pose.rotvec_cam_from_vessel,
+            pose.length_m,
+            pose.width_m,
+            pose.height_m,
+        )
+        result.errors.append(pose_error(generated, truth_box(true)))
+    matchable = {
+        truth.mmsi
+        for truth in frame.truth
+        if truth.mmsi and truth.visible_fraction >= LEAST_VISIBLE
+    }
+    result.matchable += len(matchable)
+    result.matched += len(matchable & right)
+
+
+def under(
+    box_px: tuple[float, float, float, float], truths: Sequence[VesselTruth]
+) -> VesselTruth | None:
+    """Return the vessel whose silhouette a detection covers best."""
+    candidates = [(box_iou(box_px, truth.box_px), truth) for truth in truths if truth.box_px]
+    best = max(candidates, key=lambda candidate: candidate[0], default=(0.0, None))
+    return best[1] if best[0] > 0.1 else None
+
+
+def truth_box(truth: VesselTruth) -> BoxPose:
+    """Return a true pose as a box."""
+    return BoxPose(
+        truth.centroid_in_cam_m,
+        truth.rotvec_cam_from_vessel,
+        truth.length_m,
+        truth.width_m,
+        truth.height_m,
+    )
+
+
+def interval(values: Sequence[float]) -> str:
+    """Return a mean over seeds with its 95 % bootstrap interval."""
+    rng = np.random.default_rng(0)
+    data = np.asarray(values)
+    means = rng.choice(data, (BOOTSTRAPS, len(data))).mean(axis=1)
+    low, high = np.percentile(means, [2.5, 97.5])
+    return f"{data.mean():7.2f}  [{low:6.2f}, {high:6.2f}]"
+
+
+def main() -> None:
+    """Judge all seeds and print one table."""
+    begun = time.monotonic()
+    with ProcessPoolExecutor(2) as pool:
+        results = list(pool.map(judge, SEEDS))
+    posed = sum(len(result.errors) for result in results)
+    print(
+        f"preset paper, {len(results)} seeds, {posed} poses of judging hulls, {IMAGES} images each"
+    )
+    print(f"{'median over a seed':<24} mean over seeds with 95 % interval")
+    for label, name in (
+        ("horizontal error, m", "horizontal_m"),
+        ("vertical error, m", "vertical_m"),
+        ("heading error, deg", "heading_deg"),
+        ("height error, m", "height_m"),
+        ("ADD-S, m", "add_s_m"),
+    ):
+        medians = [
+            float(np.median([abs(getattr(error, name)) for error in result.errors]))
+            for result in results
+            if result.errors
+        ]
+        print(f"{label:<24} {interval(medians)}")
+    rates = [100 * result.matched / result.matchable for result in results if result.matchable]
+    print(f"{'matched, % of matchable':<24} {interval(rates)}")
+    print(f"{'wrong matches a harbour':<24} {interval([float(r.wrong) for r in results])}")
+    print(f"matchable: with AIS and at least half visible; took {time.monotonic() - begun:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
