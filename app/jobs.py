@@ -7,6 +7,7 @@ inside the transaction that stores what the job is about, and cancels; workers d
 
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -18,6 +19,7 @@ from sqlalchemy.orm import Session
 
 from app.db import BUSY_TIMEOUT_MS
 from app.errors import AppError
+from app.tables.operation import Takeover
 
 if TYPE_CHECKING:
     from dbos import EnqueueOptions
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 log = structlog.get_logger()
 Result = TypeVar("Result")
 APPLICATION = "quaymark"
+LONGEST_REASON = 500
 # A fixed version: jobs begun before an upgrade go on after it.
 APPLICATION_VERSION = "1"
 os.environ.setdefault("DBOS__APPVERSION", APPLICATION_VERSION)
@@ -36,6 +39,15 @@ class JobQueue(StrEnum):
 
     RUNS = "runs"
     SHORT = "short"
+
+
+@dataclass(frozen=True, slots=True)
+class PendingJob:
+    """A job under way: where it was queued, and the worker that has it."""
+
+    job_id: str
+    queue: str
+    executor_id: str
 
 
 def make_job_engine(database_url: str) -> sa.Engine:
@@ -113,7 +125,10 @@ class JobRunner:
 
     def __init__(self, database_url: str, executor_id: str, *, concurrency: int) -> None:
         self._engine = make_job_engine(database_url)
+        self._executor_id = executor_id
         self._concurrency = concurrency
+        self._under_way: list[str] = []
+        self._idle: frozenset[str] = frozenset()
         self._is_sqlite = database_url.startswith("sqlite")
         config: DBOSConfig = {
             "name": APPLICATION,
@@ -140,17 +155,16 @@ class JobRunner:
         """
 
         def body(*arguments: Any) -> None:  # noqa: ANN401  JSON
+            job_id = DBOS.workflow_id or ""
+            self._under_way.append(job_id)
             try:
                 do(*arguments)
             except Exception as error:
-                reason = (
-                    error.detail
-                    if isinstance(error, AppError)
-                    else f"{type(error).__name__}: {error}"
-                )
                 log.exception("job failed", job=name, arguments=arguments)
-                self.step("fail", fail, reason, *arguments)
+                self.step("fail", fail, reason_of(error), *arguments)
                 raise
+            finally:
+                self._under_way.remove(job_id)
 
         DBOS.workflow(name=name)(body)
 
@@ -176,25 +190,45 @@ class JobRunner:
         The function computes first and touches `session()` last, because on SQLite the first
         writing statement takes the database's only writer's place until the step ends.
         """
+
+        def advance() -> Result:
+            result = function(*arguments)
+            # A job that gets on is not the one that keeps killing its workers.
+            self.session().execute(
+                sa.delete(Takeover).where(Takeover.workflow_id == DBOS.workflow_id)
+            )
+            return result
+
         options: DatasourceOptions = {
             "name": name,
             "isolation_level": "SERIALIZABLE" if self._is_sqlite else "READ COMMITTED",
         }
-        return self._datasource.run_tx_step(options, function, *arguments)
+        return self._datasource.run_tx_step(options, advance)
 
     def session(self) -> Session:
         """Return the open step's session."""
         return self._datasource.sql_session()
 
     @staticmethod
-    def orphans(live_executors: Sequence[str]) -> list[tuple[str, str]]:
-        """Return (job id, queue) of the jobs under way whose worker is not among the living."""
-        pending = DBOS.list_workflows(status="PENDING", load_input=False, load_output=False)
+    def pending() -> list[PendingJob]:
+        """Return the jobs under way, on whatever worker."""
         return [
-            (job.workflow_id, job.queue_name or JobQueue.SHORT.value)
-            for job in pending
-            if job.executor_id not in live_executors
+            PendingJob(
+                job.workflow_id, job.queue_name or JobQueue.SHORT.value, job.executor_id or ""
+            )
+            for job in DBOS.list_workflows(status="PENDING", load_input=False, load_output=False)
         ]
+
+    def dropped(self, pending: Sequence[PendingJob]) -> frozenset[str]:
+        """Return the ids of pending jobs that are this worker's and that it does nothing for.
+
+        The engine lets go of a job when not even its failure could be stored, as on a full disk.
+        Only what was so at the last call too is told: a job just taken has not begun yet.
+        """
+        own = {job.job_id for job in pending if job.executor_id == self._executor_id}
+        idle = frozenset(own.difference(self._under_way))
+        twice, self._idle = idle & self._idle, idle
+        return twice
 
     @staticmethod
     def resume(job_id: str, queue: str) -> None:
@@ -205,3 +239,11 @@ class JobRunner:
     def cancel(job_id: str) -> None:
         """Stop a job for good."""
         DBOS.cancel_workflow(job_id)
+
+
+def reason_of(error: Exception) -> str:
+    """Return why a job failed, in one line: our own words, or a library's without its SQL."""
+    if isinstance(error, AppError):
+        return error.detail
+    lines = str(error).strip().splitlines() or ["no reason given"]
+    return f"{type(error).__name__}: {lines[0][:LONGEST_REASON]}"

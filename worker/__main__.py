@@ -5,7 +5,8 @@ import sys
 
 from app.config import get_settings
 from app.logs import configure_logs
-from worker.main import supervise, work
+from worker.main import work
+from worker.supervisor import supervise
 
 
 def main() -> int:
@@ -18,7 +19,7 @@ def main() -> int:
     settings = get_settings()
     count = arguments.concurrency or settings.worker_concurrency
     if count > 1:
-        return supervise(count, arguments.parent_pid)
+        return supervise(settings, count, arguments.parent_pid)
     return work(settings, arguments.parent_pid)
 
 

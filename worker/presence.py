@@ -1,15 +1,20 @@
-"""Heartbeat and takeover: which workers live, and whose jobs go on elsewhere."""
+"""Heartbeat and takeover: which workers live, and whose jobs go on elsewhere.
+
+Moments are the database server's where there is one: the clocks of several machines disagree, and
+a worker whose clock is behind must not look dead to the others.
+"""
 
 import os
 import socket
 import threading
 from collections.abc import Callable
-from datetime import timedelta
+from datetime import datetime, timedelta
 
 import sqlalchemy as sa
 import structlog
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import DBAPIError
+from sqlalchemy.orm import Session
 
 from app import __version__
 from app.config import Settings
@@ -38,18 +43,11 @@ class Presence:
         self._settings = settings
         self._executor_id = executor_id
         self._give_up = give_up
+        self._insert = (sqlite if settings.is_sqlite else postgresql).insert
 
     def announce(self) -> None:
         """Say for the first time that this worker lives."""
-        with self._database.writing() as session:
-            session.add(
-                WorkerHeartbeat(
-                    executor_id=self._executor_id,
-                    host=socket.gethostname(),
-                    pid=os.getpid(),
-                    code_version=__version__,
-                )
-            )
+        self._beat()
 
     def keep(self, stop: threading.Event, parent_pid: int) -> None:
         """Beat and look after orphaned jobs until told to stop or the parent process is gone."""
@@ -60,7 +58,7 @@ class Presence:
             try:
                 self._beat()
                 self._take_over()
-            except OperationalError as error:
+            except DBAPIError as error:
                 # A database that is away for a moment must not end the worker.
                 log.warning("heartbeat failed", error=str(error.orig))
 
@@ -73,21 +71,33 @@ class Presence:
 
     def _beat(self) -> None:
         with self._database.writing() as session:
+            moment = _moment(session)
+            row = {
+                "executor_id": self._executor_id,
+                "host": socket.gethostname(),
+                "pid": os.getpid(),
+                "code_version": __version__,
+                "started_at": moment,
+                "last_seen_at": moment,
+            }
+            # Insert again if need be: others forget a worker that was asleep for an hour.
             session.execute(
-                sa.update(WorkerHeartbeat)
-                .where(WorkerHeartbeat.executor_id == self._executor_id)
-                .values(last_seen_at=now())
+                self._insert(WorkerHeartbeat)
+                .values(row)
+                .on_conflict_do_update(
+                    index_elements=[WorkerHeartbeat.executor_id], set_={"last_seen_at": moment}
+                )
             )
             session.execute(
                 sa.delete(WorkerHeartbeat).where(
-                    WorkerHeartbeat.last_seen_at < now() - FORGET_AFTER
+                    WorkerHeartbeat.last_seen_at < moment - FORGET_AFTER
                 )
             )
 
-    def _live_executors(self) -> list[str]:
-        oldest = now() - timedelta(seconds=self._settings.takeover_after_s)
+    def _live_executors(self) -> frozenset[str]:
         with self._database.reading() as session:
-            return list(
+            oldest = _moment(session) - timedelta(seconds=self._settings.takeover_after_s)
+            return frozenset(
                 session.scalars(
                     sa.select(WorkerHeartbeat.executor_id).where(
                         WorkerHeartbeat.last_seen_at >= oldest
@@ -96,32 +106,46 @@ class Presence:
             )
 
     def _take_over(self) -> None:
-        for job_id, queue in self._runner.orphans(self._live_executors()):
-            attempts = self._claim(job_id)
+        # In this order: whoever has a job by now has announced itself before.
+        pending = self._runner.pending()
+        live = self._live_executors()
+        dropped = self._runner.dropped(pending)
+        for job in pending:
+            if job.executor_id in live and job.job_id not in dropped:
+                continue
+            attempts = self._claim(job.job_id)
             if attempts is None:
                 continue
             if attempts > MOST_TAKEOVERS:
-                log.error("job given up", job_id=job_id, attempts=attempts)
-                self._runner.cancel(job_id)
-                self._give_up(job_id, f"its worker died {attempts} times; see the worker's log")
+                log.error("job given up", job_id=job.job_id, attempts=attempts)
+                reason = f"its worker died {attempts} times at the same place; see the worker's log"
+                # The reason first: were this worker to die here too, the next one says it again.
+                self._give_up(job.job_id, reason)
+                self._runner.cancel(job.job_id)
             else:
-                log.warning("job taken over", job_id=job_id, attempts=attempts)
-                self._runner.resume(job_id, queue)
+                log.warning("job taken over", job_id=job.job_id, attempts=attempts)
+                self._runner.resume(job.job_id, job.queue)
 
     def _claim(self, job_id: str) -> int | None:
         """Count an attempt; None when another worker has just done so."""
-        insert = (sqlite if self._database.url.startswith("sqlite") else postgresql).insert
-        recently = now() - timedelta(seconds=self._settings.takeover_after_s)
-        statement = (
-            insert(Takeover)
-            .values(workflow_id=job_id, attempts=1, last_at=now())
-            .on_conflict_do_update(
-                index_elements=[Takeover.workflow_id],
-                set_={"attempts": Takeover.attempts + 1, "last_at": now()},
-                where=Takeover.last_at < recently,
-            )
-            .returning(Takeover.attempts)
-        )
         with self._database.writing() as session:
-            attempts: int | None = session.scalar(statement)
+            moment = _moment(session)
+            recently = moment - timedelta(seconds=self._settings.takeover_after_s)
+            attempts: int | None = session.scalar(
+                self._insert(Takeover)
+                .values(workflow_id=job_id, attempts=1, last_at=moment)
+                .on_conflict_do_update(
+                    index_elements=[Takeover.workflow_id],
+                    set_={"attempts": Takeover.attempts + 1, "last_at": moment},
+                    where=Takeover.last_at < recently,
+                )
+                .returning(Takeover.attempts)
+            )
             return attempts
+
+
+def _moment(session: Session) -> datetime:
+    if session.get_bind().dialect.name == "sqlite":
+        return now()
+    moment: datetime = session.scalars(sa.select(sa.func.clock_timestamp())).one()
+    return moment
