@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import IO, Any
 
 import fsspec
+import structlog
 
 from app.errors import NotFound, StorageFull
 
+log = structlog.get_logger()
 CHUNK_BYTES = 1 << 20
 
 
@@ -45,13 +47,17 @@ class Storage:
         return Stored(sha256, len(data))
 
     def put_stream(self, stream: IO[bytes]) -> Stored:
-        """Store a stream of unknown length without holding it in memory."""
+        """Store what is left of a seekable stream without holding it in memory.
+
+        Raises StorageFull when the disk is full.
+        """
+        begin = stream.tell()
         digest = hashlib.sha256()
         size_bytes = 0
         while chunk := stream.read(CHUNK_BYTES):
             digest.update(chunk)
             size_bytes += len(chunk)
-        stream.seek(0)
+        stream.seek(begin)
         sha256 = digest.hexdigest()
         self._write(self._place(sha256), iter(lambda: stream.read(CHUNK_BYTES), b""))
         return Stored(sha256, size_bytes)
@@ -77,14 +83,20 @@ class Storage:
         return bool(self._filesystem.exists(self._place(sha256)))
 
     def derived(self, name: str, make: Callable[[], bytes]) -> bytes:
-        """Return a derived file, made on first use; `name` must be ours, never a user's."""
+        """Return a derived file, made on first use; `name` must be ours, never a user's.
+
+        It can be made again, so a full disk only means that it is not kept.
+        """
         path = f"{self.root}/derived/{name}"
         try:
             return self._read(path)
         except NotFound:
             data = make()
+        try:
             self._write(path, [data])
-            return data
+        except StorageFull:
+            log.warning("derived file not kept: the disk is full", name=name)
+        return data
 
     def _place(self, sha256: str) -> str:
         return f"{self.root}/{sha256[:2]}/{sha256[2:4]}/{sha256}"
@@ -96,29 +108,58 @@ class Storage:
             raise NotFound("the file is gone from the store") from error
 
     def _write(self, path: str, chunks: Iterable[bytes]) -> None:
-        if self._filesystem.exists(path):
-            return
-        if not self._is_local:
-            with self._filesystem.open(path, "wb") as target:
-                for chunk in chunks:
-                    target.write(chunk)
-            return
-        place = Path(path)
-        draft = place.with_name(f".{place.name}.{secrets.token_hex(8)}")
+        if self._is_local:
+            _write_durably(Path(path), chunks)
+        elif not self._filesystem.exists(path):
+            self._write_remote(path, chunks)
+
+    def _write_remote(self, path: str, chunks: Iterable[bytes]) -> None:
+        """Write beside the place and move: a writer closed by an error stores what it has."""
+        draft = f"{path}.{secrets.token_hex(8)}.draft"
+        self._filesystem.makedirs(path.rpartition("/")[0], exist_ok=True)
         try:
-            place.parent.mkdir(parents=True, exist_ok=True)
-            with draft.open("xb") as target:
+            with self._filesystem.open(draft, "wb") as target:
                 for chunk in chunks:
                     target.write(chunk)
-                target.flush()
-                os.fsync(target.fileno())
-            draft.replace(place)
-            _fsync_folder(place.parent)
-        except OSError as error:
-            draft.unlink(missing_ok=True)
-            if error.errno in {errno.ENOSPC, errno.EDQUOT}:
-                raise StorageFull("there is no room left; free some space and try again") from error
+            self._filesystem.mv(draft, path)
+        except BaseException:
+            if self._filesystem.exists(draft):
+                self._filesystem.rm(draft)
             raise
+
+
+def _write_durably(place: Path, chunks: Iterable[bytes]) -> None:
+    """Write a file that is there as a whole, also after a power cut, when this returns.
+
+    Raises StorageFull, leaving nothing behind, when the disk is full.
+    """
+    if place.exists():
+        # Another writer may have moved it there a moment ago and not flushed the folder yet.
+        _fsync_folder(place.parent)
+        return
+    draft = place.with_name(f".{place.name}.{secrets.token_hex(8)}")
+    try:
+        _make_folders(place.parent)
+        with draft.open("xb") as target:
+            for chunk in chunks:
+                target.write(chunk)
+            target.flush()
+            os.fsync(target.fileno())
+        draft.replace(place)
+        _fsync_folder(place.parent)
+    except BaseException as error:
+        draft.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno in {errno.ENOSPC, errno.EDQUOT}:
+            raise StorageFull("there is no room left; free some space and try again") from error
+        raise
+
+
+def _make_folders(folder: Path) -> None:
+    """Make a folder and its missing parents, each flushed into the one above."""
+    missing = [each for each in (folder, *folder.parents) if not each.is_dir()]
+    for each in reversed(missing):
+        each.mkdir(exist_ok=True)
+        _fsync_folder(each.parent)
 
 
 def _fsync_folder(folder: Path) -> None:
