@@ -26,7 +26,7 @@ OFFICIAL: Mapping[str, str] = {
     f"yolox-{size}": f"yolox_{size}.onnx" for size in ("nano", "tiny", "s", "m", "l", "x")
 }
 PINNED_SHA256: Mapping[str, str] = {
-    "yolox-nano": "c789161eed43c8269fcd4e67c67eeeb4e80c622da2eb296a20bc6007bd18a0b7d",
+    "yolox-nano": "c789161ed43c8269fcd4e67c67eeeb4e80c622da2eb296a20bc6007bd18a0b7d",
 }
 LARGEST_BYTES = 512 << 20  # X, the largest, has 379 MB
 _CHUNK_BYTES = 1 << 20

@@ -1,10 +1,12 @@
 """`quaymark model` with a real worker."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from app.config import Settings
+from app.detectors.releases import PINNED_SHA256
 from tests.factories.onnx_models import yolox_like
 from tests.integration.commands.conftest import Shell
 from tests.worker_process import WorkerProcess
@@ -36,3 +38,11 @@ def test_what_is_no_model_is_refused_at_once(quaymark: Shell, tmp_path: Path) ->
 
     assert (outcome.code, outcome.error.count("\n")) == (1, 1)
     assert quaymark("model", "list").out.startswith("no detectors yet")
+
+
+def test_the_pinned_release_is_the_official_one() -> None:
+    """Nano's pinned SHA-256 is that of the release: a typing error would refuse the true file."""
+    assert PINNED_SHA256["yolox-nano"] == (
+        "c789161ed43c8269fcd4e67c67eeeb4e80c622da2eb296a20bc6007bd18a0b7d"
+    )
+    assert all(re.fullmatch("[0-9a-f]{64}", sha256) for sha256 in PINNED_SHA256.values())
