@@ -171,7 +171,7 @@ class Painter:
         x, y = view.x_m[rows, columns], view.y_m[rows, columns]
         if not x.size:
             return
-        lace = sampled(self._textures.lace, x / 38, y / 38)
+        lace = sampled(self._textures.lace, x / 70, y / 70)
         white, extra = wake.disturb(x, y, lace)
         np.maximum(foam[rows, columns], white, out=foam[rows, columns])
         slope[rows, columns] += extra
@@ -185,8 +185,8 @@ def _shore_behind_m(view: WaterView, cover: Shade) -> Shade:
     height = len(cover)
     rows = np.arange(height, dtype=np.int32)[:, None]
     # Piles and poles are too thin to darken the water: land must be wide.
-    wide = cv2.blur(cover, (1 | cover.shape[1] // 7, 1), borderType=cv2.BORDER_REFLECT)
-    last_land = np.maximum.accumulate(np.where(wide > 0.5, rows, -1), axis=0)
+    wide = cv2.blur(cover, (1 | cover.shape[1] // 7, 1), borderType=cv2.BORDER_CONSTANT)
+    last_land = np.maximum.accumulate(np.where(wide > 0.4, rows, -1), axis=0)
     shore = np.take_along_axis(view.distance_m, np.clip(last_land + 1, 0, height - 1), axis=0)
     behind = np.where(last_land < 0, np.float32(5000.0), shore - view.distance_m)
     return np.maximum(behind, np.float32(0.5))

@@ -71,9 +71,9 @@ def _add_land(b: MeshBuilder) -> None:
             )  # fmt: skip
     for start, end in ((a, tip), (tip, inner), (inner, back), (back, corner), (corner, far)):
         _quay_wall(b, start, end, LAND_M)
-    _ground(b, NEAR_QUAY, NEAR_LAND_M, _PAVING, pieces=4)
-    _quay_wall(b, NEAR_QUAY[1], NEAR_QUAY[2], NEAR_LAND_M, outward_left=True)
-    _quay_wall(b, NEAR_QUAY[2], NEAR_QUAY[3], NEAR_LAND_M, outward_left=True)
+    _ground(b, NEAR_QUAY, NEAR_LAND_M, _PAVING, pieces=24)
+    _quay_wall(b, NEAR_QUAY[1], NEAR_QUAY[2], NEAR_LAND_M, piece_m=1.5)
+    _quay_wall(b, NEAR_QUAY[2], NEAR_QUAY[3], NEAR_LAND_M, piece_m=1.5)
 
 
 def _ground(
@@ -101,15 +101,13 @@ def _quay_wall(
     end: tuple[float, float],
     top_m: float,
     *,
-    outward_left: bool = False,
+    piece_m: float = 30.0,
 ) -> None:
-    """Add a wall seen with its water to the right of start to end (or to the left)."""
-    if outward_left:
-        start, end = end, start
-    count = max(2, int(np.hypot(end[0] - start[0], end[1] - start[1]) / 30))
+    """Add a wall with its water to the right of start to end."""
+    count = max(2, int(np.hypot(end[0] - start[0], end[1] - start[1]) / piece_m))
     share = np.linspace(0, 1, count + 1)[:, None]
     line = (1 - share) * np.array(start) + share * np.array(end)
-    low = np.column_stack([line, np.full(count + 1, -4.0)])
+    low = np.column_stack([line, np.full(count + 1, -2.5)])
     edge = np.column_stack([line, np.full(count + 1, top_m - 0.7)])
     top = np.column_stack([line, np.full(count + 1, top_m)])
     b.strip(low, edge, _WALL, Surface.SHEET_PILES)

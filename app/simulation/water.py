@@ -28,12 +28,13 @@ class WaterTextures:
 
     bands: tuple[Shade, ...]
     lace: Shade
+    gusts: Shade
 
     @staticmethod
     def make(rng: np.random.Generator) -> "WaterTextures":
         """Draw the textures."""
         bands = tuple(wave_slopes(rng, _CRESTS) for _ in _BANDS_M)
-        return WaterTextures(bands, cloud_tile(rng, 512, 1.15))
+        return WaterTextures(bands, cloud_tile(rng, 512, 0.75), cloud_tile(rng, 256, 1.6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +111,7 @@ def _slopes(
     along, across = (sin(to), cos(to)), (cos(to), -sin(to))
     down = view.x_m * along[0] + view.y_m * along[1]
     side = view.x_m * across[0] + view.y_m * across[1]
-    gusts = 1 + 0.22 * sampled(textures.lace, down / 900, side / 420)
+    gusts = 1 + 0.22 * sampled(textures.gusts, down / 900, side / 420)
     slope_d = np.zeros_like(view.x_m)
     slope_s = np.zeros_like(view.x_m)
     hidden = np.zeros_like(view.x_m)
