@@ -6,12 +6,12 @@ from typing import Annotated, Any
 
 import typer
 
-from app.errors import AppError, Invalid
+from app.errors import AppError, Invalid, TooLarge
 from app.path_arguments import files_of
 
 Paths = Annotated[
     list[Path],
-    typer.Argument(exists=True, readable=True, help="Recordings: NMEA or CSV, plain or gzip"),
+    typer.Argument(exists=True, readable=True, help="Recordings: NMEA or CSV, plain, gzip or zip"),
 ]
 
 
@@ -72,7 +72,7 @@ def import_recordings(
                     file_name=file.name,
                     max_bytes=here.settings.max_ais_file_bytes,
                 )
-            except Invalid as error:
+            except (Invalid, TooLarge) as error:
                 refused += 1
                 typer.echo(f"refused {file}: {error.detail}", err=True)
                 continue

@@ -1,9 +1,10 @@
 """Writing a recording's rows: as many a second as the database takes.
 
 Both ways go past the ORM: driver tuples on SQLite, COPY into a temporary table on Postgres. A fix
-that another recording brought already is left out and counted by its absence; repeats within one
-recording are the decoder's business, which knows the payloads. Imports on Postgres take turns, so
-that of two with the same fixes the second finds those of the first; on SQLite every writer does.
+that another recording, or another part of this one, brought already is left out and counted by its
+absence; repeats within one part are the decoder's business, which knows the payloads. Imports on
+Postgres take turns, so that of two with the same fixes the second finds those of the first; on
+SQLite every writer does.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,7 +15,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
-from app.tables.ais import AisFile, Vessel
+from app.tables.ais import AisFile, AisPosition, Vessel
 
 Rows = Iterable[Sequence[tuple[Any, ...]]]
 
@@ -25,11 +26,11 @@ _SQLITE_POSITIONS = """
 INSERT INTO ais_positions (site_id, file_id, mmsi, fix_time, received_at, lat_deg,
     lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min, message_type, ais_class, high_accuracy,
     fix_time_source)
-SELECT ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15
+SELECT ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16
 WHERE NOT EXISTS (
     SELECT 1 FROM ais_positions
-    WHERE mmsi = ?3 AND fix_time = ?4 AND lat_deg = ?6 AND lon_deg = ?7
-        AND coalesce(site_id, 0) = coalesce(?1, 0) AND file_id IS NOT ?2
+    WHERE mmsi = ?4 AND fix_time = ?5 AND lat_deg = ?7 AND lon_deg = ?8
+        AND coalesce(site_id, 0) = coalesce(?2, 0) AND id <= ?1
 )
 """
 _SQLITE_STATICS = """
@@ -38,7 +39,7 @@ INSERT INTO ais_statics (site_id, file_id, mmsi, received_at, name, callsign, im
 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
 """
 _ARRIVING_POSITIONS = """
-CREATE TEMPORARY TABLE arriving_positions (
+CREATE TEMPORARY TABLE IF NOT EXISTS arriving_positions (
     mmsi integer, fix_time timestamp, received_at timestamp, lat_deg double precision,
     lon_deg double precision, sog_kn double precision, cog_deg double precision,
     heading_deg double precision, rot_deg_min double precision, message_type integer,
@@ -61,7 +62,7 @@ WHERE NOT EXISTS (
 )
 """
 _ARRIVING_STATICS = """
-CREATE TEMPORARY TABLE arriving_statics (
+CREATE TEMPORARY TABLE IF NOT EXISTS arriving_statics (
     mmsi integer, received_at timestamp, name varchar(64), callsign varchar(16), imo integer,
     ship_type integer, to_bow_m double precision, to_stern_m double precision,
     to_port_m double precision, to_starboard_m double precision, mothership_mmsi integer
@@ -74,6 +75,8 @@ SELECT %(site_id)s::integer, %(file_id)s::integer, mmsi, received_at AT TIME ZON
     callsign, imo, ship_type, to_bow_m, to_stern_m, to_port_m, to_starboard_m, mothership_mmsi
 FROM arriving_statics
 """
+_EMPTY_POSITIONS = "TRUNCATE arriving_positions"
+_EMPTY_STATICS = "TRUNCATE arriving_statics"
 _COPY_POSITIONS = "COPY arriving_positions FROM STDIN"
 _COPY_STATICS = "COPY arriving_statics FROM STDIN"
 
@@ -100,24 +103,25 @@ def set_accounting(session: Session, file_id: int, accounting: Mapping[str, Any]
 
 
 def add_positions(session: Session, site_id: int | None, file_id: int, rows: Rows) -> int:
-    """Add positions, in the order of `spool`'s tuples; return how many were not known yet."""
+    """Add a part's positions, in the order of `spool`'s tuples; return how many were not known."""
     if _is_sqlite(session):
-        return _insert_on_sqlite(session, _SQLITE_POSITIONS, (site_id, file_id), rows)
+        last_id = session.scalar(sa.select(sa.func.coalesce(sa.func.max(AisPosition.id), 0)))
+        return _insert_on_sqlite(session, _SQLITE_POSITIONS, (last_id, site_id, file_id), rows)
     return _copy_on_postgres(
         session,
-        (_ARRIVING_POSITIONS, _COPY_POSITIONS, _KEEP_POSITIONS),
+        (_ARRIVING_POSITIONS, _EMPTY_POSITIONS, _COPY_POSITIONS, _KEEP_POSITIONS),
         {"site_id": site_id, "file_id": file_id},
         rows,
     )
 
 
 def add_statics(session: Session, site_id: int | None, file_id: int, rows: Rows) -> int:
-    """Add static reports, in the order of `spool`'s tuples; return how many."""
+    """Add a part's static reports, in the order of `spool`'s tuples; return how many."""
     if _is_sqlite(session):
         return _insert_on_sqlite(session, _SQLITE_STATICS, (site_id, file_id), rows)
     return _copy_on_postgres(
         session,
-        (_ARRIVING_STATICS, _COPY_STATICS, _KEEP_STATICS),
+        (_ARRIVING_STATICS, _EMPTY_STATICS, _COPY_STATICS, _KEEP_STATICS),
         {"site_id": site_id, "file_id": file_id},
         rows,
     )
@@ -157,7 +161,7 @@ def _is_sqlite(session: Session) -> bool:
 
 
 def _insert_on_sqlite(
-    session: Session, statement: str, origin: tuple[int | None, int], rows: Rows
+    session: Session, statement: str, origin: tuple[int | None, ...], rows: Rows
 ) -> int:
     connection = session.connection()
     inserted = 0
@@ -168,11 +172,15 @@ def _insert_on_sqlite(
 
 
 def _copy_on_postgres(
-    session: Session, statements: tuple[str, str, str], origin: Mapping[str, int | None], rows: Rows
+    session: Session,
+    statements: tuple[str, str, str, str],
+    origin: Mapping[str, int | None],
+    rows: Rows,
 ) -> int:
-    create, copy_in, keep = statements
+    create, empty, copy_in, keep = statements
     connection = session.connection()
     connection.exec_driver_sql(create)
+    connection.exec_driver_sql(empty)  # of the part before: the table lasts for the transaction
     driver: psycopg.Connection[Any] = connection.connection.driver_connection  # type: ignore[assignment]  # as the engine is psycopg's
     with driver.cursor() as cursor, cursor.copy(copy_in) as copy:
         for batch in rows:

@@ -1,8 +1,8 @@
 """Importing a recording: decode first, then write all of it or nothing.
 
 The same bytes for the same site are one file, however often and however concurrently they come.
-Fixes that another recording brought already count as duplicates in the file's accounting, so that
-its sums stay exact and say what is new.
+Fixes that another recording, or an earlier part of the same archive, brought already count as
+duplicates in the file's accounting, so that its sums stay exact and say what is new.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from typing import IO, Any
 from sqlalchemy.orm import Session
 
 from app.ais import import_repository, repository
-from app.ais.recording import Recording, RecordingFormat
+from app.ais.recording import Recording
 from app.ais.spool import ReportSpool, in_range, printable
 from app.ais.summary import RecordingSummary
 from app.db import Database
@@ -34,7 +34,7 @@ class Decoded:
     sha256: str
     size_bytes: int
     file_name: str
-    format: RecordingFormat
+    format: str
     accounting: Accounting
     summary: RecordingSummary
     spool: ReportSpool
@@ -65,14 +65,17 @@ def decoded(
 ) -> Iterator[Decoded]:
     """Decode a recording and keep its bytes; its rows are on the disk while the block lasts.
 
-    Raises Invalid for what is no recording, TooLarge for one beyond `max_bytes` of text.
+    Raises Invalid for what is no recording, TooLarge for one beyond `max_bytes` of text or for an
+    archive made to harm; nothing is kept then.
     """
     with ReportSpool() as spool:
         recording = Recording(stream, max_bytes=max_bytes)
         summary = RecordingSummary()
-        for report in recording.reports():
-            spool.add(report)
-            summary.add(report)
+        for reports in recording.parts():
+            for report in reports:
+                spool.add(report)
+                summary.add(report)
+            spool.end_part()
         stream.seek(0)
         stored = storage.put_stream(stream)
         yield Decoded(
@@ -97,7 +100,7 @@ def store(
             "site_id": site_id,
             "sha256": recording.sha256,
             "file_name": recording.file_name,
-            "format": recording.format.value,
+            "format": recording.format,
             "size_bytes": recording.size_bytes,
             "accounting": {},
             "first_at": summary.first,
@@ -116,10 +119,14 @@ def store(
 def _store_reports(session: Session, recording: Decoded, site_id: int | None, file_id: int) -> None:
     messages = recording.accounting.messages
     spool = recording.spool
-    new = import_repository.add_positions(session, site_id, file_id, spool.positions.batches())
+    new = sum(
+        import_repository.add_positions(session, site_id, file_id, batches)
+        for batches in spool.positions.parts()
+    )
     messages.duplicates += messages.positions - new
     messages.positions = new
-    import_repository.add_statics(session, site_id, file_id, spool.statics.batches())
+    for batches in spool.statics.parts():
+        import_repository.add_statics(session, site_id, file_id, batches)
     import_repository.update_vessels(session, _vessel_rows(recording.summary))
     import_repository.set_accounting(
         session,

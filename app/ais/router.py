@@ -55,11 +55,12 @@ def import_file(
         int | None, Form(description="Left out: for all sites, or for the only one you may")
     ] = None,
 ) -> AisFileOut:
-    """Import a recording: AIVDM sentences in all usual wrappings, or a table; plain or gzip.
+    """Import a recording: AIVDM sentences in all usual wrappings, or a table; plain, gzip or zip.
 
     The content tells the format. A table has the columns `mmsi,time,lat,lon,sog,cog`, then
-    optionally `heading,rot,to_bow,to_stern,to_port,to_starboard,name,ship_type`. The same bytes
-    again answer 200 with the same id and change nothing.
+    optionally `heading,rot,to_bow,to_stern,to_port,to_starboard,name,ship_type`. A zip holds one
+    recording or several and is one file, its accounting their sum; if one is refused, all are. The
+    same bytes again answer 200 with the same id and change nothing.
     """
     imported = actions.import_upload(database, session, storage, settings, access, file, site_id)
     if not imported.created:

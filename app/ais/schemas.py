@@ -36,7 +36,9 @@ class AisFileOut(BaseModel):
     id: int
     site_id: int | None = Field(description="null: shared by all sites")
     file_name: str
-    format: str = Field(description="nmea, csv, nmea+gzip or csv+gzip")
+    format: str = Field(
+        description="nmea, csv, nmea+gzip, csv+gzip, or an archive such as zip(csv,nmea)"
+    )
     sha256: str
     size_bytes: int
     accounting: AccountingOut = Field(examples=[_ACCOUNTING_EXAMPLE])

@@ -90,7 +90,7 @@ def import_ais_file(
     """Import a recording: a path or a seekable stream of bytes, for a site or (None) for all.
 
     The same bytes again change nothing. Raises Invalid for what is no recording, TooLarge beyond
-    `max_bytes` of text.
+    `max_bytes` of text or for an archive made to harm.
     """
     with ExitStack() as stack:
         stream = stack.enter_context(source.open("rb")) if isinstance(source, Path) else source

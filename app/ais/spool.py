@@ -2,7 +2,8 @@
 
 A writing transaction on SQLite keeps all other writers waiting, so decoding has to be over before
 it begins; and a year's recording does not fit into memory. Rows therefore wait in a temporary file
-as plain tuples, in the order of the columns below and ready for the database driver.
+as plain tuples, in the order of the columns below and ready for the database driver. Between the
+parts of a recording stands a mark, because a fix that two of them tell is one.
 """
 
 import marshal
@@ -18,10 +19,11 @@ ROWS_IN_A_BATCH = 5_000
 _IN_MEMORY_BYTES = 16 << 20
 _LENGTH_BYTES = 4
 _LARGEST_INTEGER = 2**31 - 1
+_END_OF_PART: list[Row] = []
 
 
 class RowSpool:
-    """Rows of one table, written once and then read once, in batches."""
+    """Rows of one table, written once and then read once: parts of batches of rows."""
 
     def __init__(self) -> None:
         self._file = SpooledTemporaryFile(_IN_MEMORY_BYTES)  # noqa: SIM115  closed by close()
@@ -33,13 +35,17 @@ class RowSpool:
         if len(self._batch) >= ROWS_IN_A_BATCH:
             self._flush()
 
-    def batches(self) -> Iterator[Sequence[Row]]:
-        """Yield all rows in batches, from the beginning."""
+    def end_part(self) -> None:
+        """Mark the end of a part."""
         self._flush()
+        self._write(_END_OF_PART)
+
+    def parts(self) -> Iterator[Iterator[Sequence[Row]]]:
+        """Yield the batches of each ended part, to be read out before the next is asked for."""
+        end_bytes = self._file.tell()
         self._file.seek(0)
-        while header := self._file.read(_LENGTH_BYTES):
-            # The bytes are our own, of this process: no foreign data comes this way.
-            yield marshal.loads(self._file.read(int.from_bytes(header)))  # noqa: S302
+        while self._file.tell() < end_bytes:
+            yield iter(self._read, _END_OF_PART)
 
     def close(self) -> None:
         """Give the space back."""
@@ -47,10 +53,19 @@ class RowSpool:
 
     def _flush(self) -> None:
         if self._batch:
-            data = marshal.dumps(self._batch)
-            self._file.write(len(data).to_bytes(_LENGTH_BYTES))
-            self._file.write(data)
+            self._write(self._batch)
             self._batch = []
+
+    def _write(self, batch: list[Row]) -> None:
+        data = marshal.dumps(batch)
+        self._file.write(len(data).to_bytes(_LENGTH_BYTES))
+        self._file.write(data)
+
+    def _read(self) -> list[Row]:
+        header = self._file.read(_LENGTH_BYTES)
+        # The bytes are our own, of this process: no foreign data comes this way.
+        batch: list[Row] = marshal.loads(self._file.read(int.from_bytes(header)))  # noqa: S302
+        return batch
 
 
 class ReportSpool:
@@ -66,6 +81,11 @@ class ReportSpool:
             self.statics.add(_static_row(report))
         else:
             self.positions.add(_position_row(report))
+
+    def end_part(self) -> None:
+        """Mark the end of a recording's part."""
+        self.positions.end_part()
+        self.statics.end_part()
 
     def __enter__(self) -> Self:
         return self
