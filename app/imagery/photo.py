@@ -15,6 +15,7 @@ from typing import cast
 import simplejpeg
 from PIL import ExifTags, Image, UnidentifiedImageError
 
+from app import archives
 from app.errors import Invalid, TooLarge, UnsupportedMedia
 
 MEDIA_TYPES = {
@@ -61,7 +62,7 @@ def inspect(data: bytes, max_pixels: int) -> Photo:
         raise TooLarge("the picture has far too many pixels") from error
     except BROKEN as error:
         if isinstance(error, UnidentifiedImageError) and not MAGIC.match(data):
-            raise UnsupportedMedia("file: is neither JPEG nor PNG nor WebP") from error
+            raise UnsupportedMedia(f"file: {_other_kind(data)}") from error
         raise Invalid.field("file", "has a broken header; export the picture again") from error
     if orientation != UPRIGHT:
         raise Invalid.field(
@@ -70,6 +71,15 @@ def inspect(data: bytes, max_pixels: int) -> Photo:
             "turn the pixels or remove the tag (exiftool -Orientation= FILE), then upload again",
         )
     return Photo(media_type, width_px, height_px, taken_at)
+
+
+def _other_kind(data: bytes) -> str:
+    if archives.MAGIC.match(data):
+        return (
+            "is a zip archive; unpack it and upload the photographs in it: the camera's page takes "
+            "all of a folder at once, `quaymark import images` folders within folders too"
+        )
+    return "is neither JPEG nor PNG nor WebP"
 
 
 def check_decodes(data: bytes, photo: Photo) -> None:

@@ -18,6 +18,7 @@ from app.db import Database
 from app.tables.identity import Role
 from app.tables.imagery import Image
 from app.tables.sites import Camera
+from tests.factories.archives import zipped
 from tests.factories.imagery import make_image, photograph
 from tests.factories.sites import make_camera, make_site, make_viewport
 from tests.integration.conftest import MakeUser
@@ -121,6 +122,14 @@ def test_what_is_no_photograph_of_the_camera_is_refused(
     answer = upload(data, "photo.jpg", "image/jpeg")
     assert answer.status_code == status
     assert answer.headers["content-type"] == "application/problem+json"
+    assert client.get("/api/v1/images").json()["items"] == []
+
+
+def test_an_archive_of_photographs_is_no_photograph(upload: Upload, client: TestClient) -> None:
+    """A zip gives 415, and the answer says what to do with it."""
+    answer = upload(zipped({"a.jpg": photograph()}), "day.zip", "application/zip")
+    assert answer.status_code == 415
+    assert "is a zip archive; unpack it and upload the photographs" in answer.json()["detail"]
     assert client.get("/api/v1/images").json()["items"] == []
 
 
