@@ -81,7 +81,7 @@ def fill(database: Database, storage: Storage) -> dict[str, int]:
             Review(
                 pose_id=ids["pose_id"],
                 grade=Grade.OK,
-                reasons=["heading_off"],
+                reasons=["heading"],
                 guideline_version=GUIDELINE_VERSION,
             )
         )
