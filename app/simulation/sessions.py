@@ -13,7 +13,6 @@ from app.domain.camera import Camera
 from app.simulation.light import WEATHERS, Weather
 from app.simulation.scenery import harbour_axes
 from app.simulation.settings import HarbourSettings
-from app.simulation.ship_plans import Fleet
 from app.simulation.traffic import make_vessels
 from app.simulation.vessels import Vessel
 
@@ -53,7 +52,7 @@ def make_sessions(
             make_vessels(
                 np.random.default_rng([seed, 4, number]),
                 settings.traffic,
-                Fleet(settings.fleet),
+                settings.fleet,
                 harbour_axes(azimuth_deg),
                 span_s,
                 f"s{number + 1}",

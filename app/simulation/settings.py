@@ -4,7 +4,19 @@ The defaults are moderately hostile, like a good receiver in a busy port. `perfe
 switches every error off: then AIS says the truth to its resolution.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+
+from app.simulation.ship_plans import Fleet
+
+
+def _require_amounts(values: dict[str, object]) -> None:
+    """Refuse negative or endless numbers, and shares above 1, by name."""
+    for name, value in values.items():
+        if not isinstance(value, int | float):
+            continue
+        highest = 1.0 if name.endswith("_share") and name != "edge_sigma_share" else 1e9
+        if not 0 <= value <= highest:
+            raise ValueError(f"{name} must lie between 0 and {highest:g}, got {value}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +50,11 @@ class TrafficSettings:
     slot_jitter: bool = True  # reports leave within a tenth of their interval (ITU-R M.1371)
     millisecond_tags: bool = False
 
+    def __post_init__(self) -> None:
+        _require_amounts(asdict(self))
+        if self.spacing_s <= 0 or self.bias_memory_s <= 0:
+            raise ValueError("spacing_s and bias_memory_s must be above 0")
+
     @classmethod
     def perfect(cls) -> "TrafficSettings":
         """Every vessel is heard at once and says the truth."""
@@ -62,6 +79,9 @@ class DetectorSettings:
     false_positives_per_image: float = 0.15
     moored_share: float = 0.5  # moored vessels are harder to tell from the quay
 
+    def __post_init__(self) -> None:
+        _require_amounts(asdict(self))
+
     @classmethod
     def perfect(cls) -> "DetectorSettings":
         """Exact boxes of everything that can be seen."""
@@ -80,7 +100,12 @@ class HarbourSettings:
     tide_amplitude_m: float = 0.4
     click_sigma_px: float = 1.0
     images_per_session: int = 8
-    fleet: str = "training"
+    fleet: Fleet = Fleet.TRAINING
+
+    def __post_init__(self) -> None:
+        _require_amounts(asdict(self))
+        if self.images_per_session < 1:
+            raise ValueError("images_per_session must be at least 1")
 
     @classmethod
     def perfect(cls) -> "HarbourSettings":
