@@ -5,6 +5,7 @@ it begins: a reader that turns writer half-way fails at once instead of waiting,
 timeout. So sessions are opened either to read (deferred) or to write (immediate).
 """
 
+import json
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from typing import Any, TypeVar
 import sqlalchemy as sa
 from sqlalchemy.dialects.postgresql import JSONB
 from sqlalchemy.orm import DeclarativeBase, Session
+from sqlalchemy.orm.interfaces import ORMOption
 
 BUSY_TIMEOUT_MS = 30_000
 CONSTRAINT_NAMES = {
@@ -85,11 +87,13 @@ def enum_type(values: type[StrEnum]) -> sa.Enum:
 Row = TypeVar("Row", bound=Base)
 
 
-def find(session: Session, table: type[Row], identifier: int) -> Row | None:
+def find(session: Session, table: type[Row], identifier: int, *options: ORMOption) -> Row | None:
     """Return the row with an id; None for unknown ids and for those no column could hold."""
     is_wide = isinstance(sa.inspect(table).primary_key[0].type, sa.BigInteger)
     largest = 2**63 - 1 if is_wide else 2**31 - 1
-    return session.get(table, identifier) if 0 < identifier <= largest else None
+    if not 0 < identifier <= largest:
+        return None
+    return session.get(table, identifier, options=options)
 
 
 def now() -> datetime:
@@ -97,14 +101,26 @@ def now() -> datetime:
     return datetime.now(UTC)
 
 
+def json_text(value: object) -> str:
+    """Return a JSON column's text. Raises ValueError for NaN and infinity, which JSON has not.
+
+    SQLite would keep them, and every answer that holds the row would fail ever after.
+    """
+    return json.dumps(value, allow_nan=False)
+
+
 def make_engine(database_url: str) -> sa.Engine:
     """Make an engine for SQLite (WAL, foreign keys, busy timeout, full durability) or Postgres."""
     url = sa.make_url(database_url)
     if url.get_backend_name() != "sqlite":
-        return sa.create_engine(url, pool_size=10, max_overflow=20, pool_pre_ping=True)
+        return sa.create_engine(
+            url, pool_size=10, max_overflow=20, pool_pre_ping=True, json_serializer=json_text
+        )
     if url.database and url.database != ":memory:":
         Path(url.database).parent.mkdir(parents=True, exist_ok=True)
-    engine = sa.create_engine(url, connect_args={"timeout": BUSY_TIMEOUT_MS / 1000})
+    engine = sa.create_engine(
+        url, connect_args={"timeout": BUSY_TIMEOUT_MS / 1000}, json_serializer=json_text
+    )
     sa.event.listen(engine, "connect", _configure_sqlite)
 
     @sa.event.listens_for(engine, "begin")

@@ -4,7 +4,8 @@ Services raise an `AppError`; the web turns it into an RFC 9457 problem for scri
 page for people, the command line into one line on stderr. Nothing else ever reaches a user.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 
@@ -61,6 +62,16 @@ class NotFound(AppError):  # noqa: N818
 
     status = 404
     title = "Not found"
+
+
+@contextmanager
+def looked_up_by(field: str) -> Iterator[None]:
+    """Say of a NotFound inside the block which field of the request led to nothing."""
+    try:
+        yield
+    except NotFound as error:
+        unknown = FieldError(field, "there is no such thing, or none that you may see")
+        raise NotFound(error.detail, fields=(unknown,)) from error
 
 
 class Conflict(AppError):  # noqa: N818

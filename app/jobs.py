@@ -17,7 +17,7 @@ from dbos import DBOS, DBOSClient, DBOSConfig, SQLAlchemyDatasource
 from dbos._serialization import DBOSPortableJSONSerializer
 from sqlalchemy.orm import Session
 
-from app.db import BUSY_TIMEOUT_MS
+from app.db import BUSY_TIMEOUT_MS, json_text
 from app.errors import AppError
 from app.tables.operation import Takeover
 
@@ -57,8 +57,18 @@ def make_job_engine(database_url: str) -> sa.Engine:
     statement: the engine reads on a second connection while a step's transaction is open.
     """
     if not database_url.startswith("sqlite"):
-        return sa.create_engine(database_url, pool_size=10, max_overflow=10, pool_pre_ping=True)
-    engine = sa.create_engine(database_url, connect_args={"timeout": BUSY_TIMEOUT_MS / 1000})
+        return sa.create_engine(
+            database_url,
+            pool_size=10,
+            max_overflow=10,
+            pool_pre_ping=True,
+            json_serializer=json_text,
+        )
+    engine = sa.create_engine(
+        database_url,
+        connect_args={"timeout": BUSY_TIMEOUT_MS / 1000},
+        json_serializer=json_text,
+    )
 
     @sa.event.listens_for(engine, "connect")
     def _configure(connection: Any, _record: object) -> None:  # noqa: ANN401  a driver's object

@@ -1,9 +1,8 @@
 """From fusion's results to the columns that keep them: plain numbers, lists, None for no pixel."""
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Any
-
-import numpy as np
 
 from app.domain.arrays import FloatArray
 from app.domain.camera import Camera
@@ -108,4 +107,4 @@ def pose_rows(
 
 def pixels(points_px: FloatArray) -> list[list[float] | None]:
     """Return points (n, 2) as lists, None where a point has no projection."""
-    return [None if np.isnan(point).any() else [float(x) for x in point] for point in points_px]
+    return [point if all(map(isfinite, point)) else None for point in points_px.tolist()]
