@@ -36,7 +36,7 @@ def export(
 ) -> None:
     """Write poses with their reviews to a file; vessels are pseudonyms unless said otherwise."""
     from app.exports.filters import ExportFilters
-    from app.exports.service import WRITERS
+    from app.exports.service import WRITERS, sites_of
     from app.installation import open_installation
     from app.tables.exports import Export
     from app.tables.reviews import Grade
@@ -58,6 +58,8 @@ def export(
         anonymise=not with_identities,
     )
     with open_installation() as here:
+        with here.database.reading() as session:
+            list(sites_of(session, filters))  # raises for an id that leads to nothing
         count = _write(here, asked, out)
     typer.echo(f"wrote {count} poses to {out}")
 
@@ -69,8 +71,7 @@ def _write(here: "Installation", asked: "Export", out: Path) -> int:
     draft = out.with_name(f".{out.name}.{secrets.token_hex(8)}")
     try:
         with draft.open("xb") as target:
-            with here.database.reading() as session:
-                count = write_export(session, asked, here.settings.secret(), target)
+            count = write_export(here.database, asked, here.settings.secret(), target)
             target.flush()
             os.fsync(target.fileno())
         draft.replace(out)

@@ -1,7 +1,10 @@
 """What an export may select by: allow-listed fields, never relations of a caller's choosing."""
 
-from pydantic import BaseModel, ConfigDict
+from typing import Annotated
 
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.ids import RowId
 from app.tables.reviews import Grade
 
 
@@ -10,7 +13,7 @@ class ExportFilters(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    run_id: int | None = None
-    site_id: int | None = None
-    camera_id: int | None = None
-    grade: list[Grade] | None = None
+    run_id: RowId | None = None
+    site_id: RowId | None = None
+    camera_id: RowId | None = None
+    grade: Annotated[list[Grade] | None, Field(max_length=len(Grade))] = None

@@ -11,7 +11,7 @@ from app.auth.audit import record
 from app.dependencies import JobsDep, SessionDep
 from app.exports import service
 from app.exports.filters import ExportFilters
-from app.exports.router import owner_filter
+from app.exports.rights import exportable_sites, owner_filter
 from app.runs import service as runs
 from app.templating import page
 
@@ -45,13 +45,14 @@ def request_export(
         filters = ExportFilters.model_validate({"run_id": run_id or None, "grade": grade or None})
     except ValidationError:
         return _page(request, session, access, error="Choose a run and grades from the lists.")
+    anonymise = not (with_identities and access.may_anywhere(Scope.REVIEW))
     export = service.request_export(
         session,
         jobs,
         format_name=format_name,
         filters=filters,
-        site_ids=access.site_ids(Scope.EXPORT),
-        anonymise=not (with_identities and access.may_anywhere(Scope.REVIEW)),
+        site_ids=exportable_sites(session, access, filters, anonymise=anonymise),
+        anonymise=anonymise,
         user_id=access.user_id,
     )
     record(session, access, "request", "export", export.id)

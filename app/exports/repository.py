@@ -5,7 +5,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import sqlalchemy as sa
 from sqlalchemy.orm import Session, joinedload
 
+from app.db import find
 from app.paging import Paging, fetch_page
+from app.tables.ais import Vessel
 from app.tables.exports import Export, ExportStatus
 from app.tables.imagery import Image
 from app.tables.reviews import Grade, Review
@@ -16,7 +18,7 @@ POSES_AT_ONCE = 500
 
 def get(session: Session, export_id: int) -> Export | None:
     """Return an export."""
-    return session.get(Export, export_id)
+    return find(session, Export, export_id)
 
 
 def listed(
@@ -37,8 +39,20 @@ def newest(session: Session, user_id: int | None, limit: int) -> Sequence[Export
     return session.scalars(statement).all()
 
 
+def hold_still(session: Session) -> None:
+    """Let all reads of a new session see one moment, whatever a run writes meanwhile.
+
+    On SQLite every reading transaction does.
+    """
+    if session.get_bind().dialect.name == "postgresql":
+        session.connection(execution_options={"isolation_level": "REPEATABLE READ"})
+
+
 class PoseSelection:
-    """The poses that an export's filters select, in the order of their ids."""
+    """The poses that an export's filters select, in the order of their ids.
+
+    Those of deleted images are never among them.
+    """
 
     def __init__(
         self,
@@ -49,7 +63,7 @@ class PoseSelection:
         camera_id: int | None,
         grades: Sequence[str] | None,
     ) -> None:
-        conditions: list[sa.ColumnElement[bool]] = []
+        conditions: list[sa.ColumnElement[bool]] = [Image.deleted_at.is_(None)]
         if site_ids is not None:
             conditions.append(Run.site_id.in_(list(site_ids)))
         if run_id is not None:
@@ -87,6 +101,16 @@ class PoseSelection:
         return session.scalars(
             sa.select(Run).options(joinedload(Run.model)).where(Run.id.in_(chosen)).order_by(Run.id)
         ).all()
+
+    def vessels(self, session: Session) -> Sequence[tuple[int, str | None]]:
+        """Return (MMSI, name) of the vessels of the selected poses, by MMSI."""
+        chosen = self._joined(sa.select(Pose.mmsi).distinct()).subquery()
+        rows = session.execute(
+            sa.select(chosen.c.mmsi, Vessel.name)
+            .outerjoin(Vessel, Vessel.mmsi == chosen.c.mmsi)
+            .order_by(chosen.c.mmsi)
+        )
+        return [(row[0], row[1]) for row in rows]
 
     def poses(self, session: Session) -> Iterator[tuple[Pose, Review | None]]:
         """Give the selected poses with their newest standing verdicts, a few hundred at once."""

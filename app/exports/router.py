@@ -13,11 +13,17 @@ from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
 from app.delivery import immutable_headers, is_known, not_modified, send_stream, wanted_part
 from app.dependencies import JobsDep, PagingDep, SessionDep, StorageDep
-from app.errors import Conflict, Forbidden, NotFound
+from app.errors import Conflict
 from app.exports import service
+from app.exports.rights import (
+    exportable_sites,
+    own_export,
+    owner_filter,
+    refuse_lost_rights,
+)
 from app.exports.schemas import ExportIn, ExportOut
 from app.paging import Page
-from app.tables.exports import Export, ExportStatus
+from app.tables.exports import ExportStatus
 
 router = APIRouter(tags=["exports"], route_class=IdempotentRoute)
 RETRY_AFTER_S = 1
@@ -30,16 +36,13 @@ def request_export(
     body: ExportIn, session: SessionDep, jobs: JobsDep, access: Exporter, response: Response
 ) -> ExportOut:
     """Ask for an export; a worker writes it. Vessel ids are pseudonyms unless said otherwise."""
-    if body.filters.site_id is not None:
-        access.require(Scope.EXPORT, body.filters.site_id)
-    if not body.anonymise and not access.may_anywhere(Scope.REVIEW):
-        raise Forbidden("vessel identities (anonymise: false) need the role reviewer or above")
+    sites = exportable_sites(session, access, body.filters, anonymise=body.anonymise)
     export = service.request_export(
         session,
         jobs,
         format_name=body.format,
         filters=body.filters,
-        site_ids=access.site_ids(Scope.EXPORT),
+        site_ids=sites,
         anonymise=body.anonymise,
         user_id=access.user_id,
     )
@@ -73,6 +76,7 @@ def download_export(
 ) -> Response:
     """Send an export's file; takes Range and If-None-Match."""
     export = own_export(session, access, export_id)
+    refuse_lost_rights(access, export)
     if export.sha256 is None or export.size_bytes is None:
         raise Conflict(f"the export is {export.status.value}; download it once it has succeeded")
     _, media_type, suffix = service.WRITERS[export.format]
@@ -84,16 +88,3 @@ def download_export(
     part = wanted_part(request, export.size_bytes, etag)
     stream = storage.open(export.sha256)
     return send_stream(stream, part, export.size_bytes, media_type, headers)
-
-
-def own_export(session: SessionDep, access: Access, export_id: int) -> Export:
-    """Return an export the caller may see. Raises NotFound."""
-    export = service.get_export(session, export_id)
-    if not access.is_admin and export.created_by_id != access.user_id:
-        raise NotFound("there is no such export")
-    return export
-
-
-def owner_filter(access: Access) -> int | None:
-    """Return whose exports a caller may list; None stands for everybody's."""
-    return None if access.is_admin else access.user_id

@@ -4,8 +4,6 @@ An export runs as a job, because a data set of years takes longer than a request
 is fixed by its filters; the same data and filters give the same bytes.
 """
 
-import hashlib
-import hmac
 import tempfile
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -17,18 +15,21 @@ from sqlalchemy.orm import Session
 
 from app import __version__
 from app.db import Database, now
-from app.errors import Invalid, NotFound
+from app.errors import Invalid, NotFound, looked_up_by
 from app.exports import repository
 from app.exports.filters import ExportFilters
+from app.exports.identities import Hidden, Identities, Shown
 from app.exports.writers import coco, ndjson
 from app.exports.writers.records import ImageRecord, PoseRecord, ReviewRecord, Selection
 from app.jobs import JobClient, JobQueue
 from app.paging import Paging
+from app.runs import service as runs
+from app.sites import service as sites
 from app.storage import Storage, Stored
 from app.tables.exports import Export, ExportStatus
 from app.tables.imagery import Image
 from app.tables.reviews import Review
-from app.tables.runs import Pose
+from app.tables.runs import Pose, Run
 
 EXPORT_JOB = "export"
 Writer = Callable[[Sequence[ImageRecord], Iterable[PoseRecord], Selection], Iterator[bytes]]
@@ -86,19 +87,41 @@ def newest_exports(session: Session, user_id: int | None, limit: int = 50) -> Se
     return repository.newest(session, user_id, limit)
 
 
+def sites_of(session: Session, filters: ExportFilters) -> Iterator[tuple[str, int]]:
+    """Give (filter, site id) of each thing an export shall be of.
+
+    Raises NotFound naming the filter that leads to nothing.
+    """
+    if filters.site_id is not None:
+        with looked_up_by("filters.site_id"):
+            yield "filters.site_id", sites.get_site(session, filters.site_id).id
+    if filters.camera_id is not None:
+        with looked_up_by("filters.camera_id"):
+            yield "filters.camera_id", sites.get_camera(session, filters.camera_id).site_id
+    if filters.run_id is not None:
+        with looked_up_by("filters.run_id"):
+            yield "filters.run_id", runs.get_run(session, filters.run_id).site_id
+
+
+def begin(session: Session, export_id: int) -> None:
+    """Say that an export is being written."""
+    repository.set_status(session, export_id, ExportStatus.RUNNING)
+
+
 def make_file(
     database: Database, storage: Storage, secret: bytes, export_id: int
 ) -> tuple[Stored, int]:
     """Write an export's file into the store; returns its address and how many poses it has."""
-    with database.reading() as session, tempfile.SpooledTemporaryFile(IN_MEMORY_BYTES) as draft:
+    with database.reading() as session:
         export = get_export(session, export_id)
-        count = write_export(session, export, secret, draft)
+    with tempfile.SpooledTemporaryFile(IN_MEMORY_BYTES) as draft:
+        count = write_export(database, export, secret, draft)
         draft.seek(0)
         return storage.put_stream(draft), count
 
 
-def write_export(session: Session, export: Export, secret: bytes, target: IO[bytes]) -> int:
-    """Write an export's bytes; returns how many poses they hold."""
+def write_export(database: Database, export: Export, secret: bytes, target: IO[bytes]) -> int:
+    """Write an export's bytes, all of one moment; returns how many poses they hold."""
     filters = ExportFilters.model_validate(export.filters)
     poses = repository.PoseSelection(
         site_ids=export.site_ids,
@@ -107,29 +130,20 @@ def write_export(session: Session, export: Export, secret: bytes, target: IO[byt
         camera_id=filters.camera_id,
         grades=filters.grade,
     )
-    selection = Selection(
-        filters=export.filters,
-        anonymised=export.anonymise,
-        runs=[
-            {
-                "id": run.id,
-                "preset": run.preset,
-                "parameters": run.parameters,
-                "detector": run.model.name,
-                "detector_sha256": run.model.sha256,
-                "registration_id": run.registration_id,
-                "code_version": run.code_version,
-            }
-            for run in poses.runs(session)
-        ],
-        code_version=__version__,
-        pose_count=poses.count(session),
-    )
-    images = [_image(image) for image in poses.images(session)]
-    key = secret if export.anonymise else None
-    records = (_pose(pose, review, key) for pose, review in poses.poses(session))
-    for chunk in WRITERS[export.format][0](images, records, selection):
-        target.write(chunk)
+    with database.reading() as session:
+        repository.hold_still(session)
+        selection = Selection(
+            filters=dict(sorted(export.filters.items())),
+            anonymised=export.anonymise,
+            runs=[_run(run) for run in poses.runs(session)],
+            code_version=__version__,
+            pose_count=poses.count(session),
+        )
+        shown: Identities = Hidden(secret, poses.vessels(session)) if export.anonymise else Shown()
+        images = [_image(image, shown) for image in poses.images(session)]
+        records = (_pose(pose, review, shown) for pose, review in poses.poses(session))
+        for chunk in WRITERS[export.format][0](images, records, selection):
+            target.write(chunk)
     return selection.pose_count
 
 
@@ -158,15 +172,22 @@ def fail_job(session: Session, workflow_id: str, reason: str) -> None:
         fail(session, export_id, reason)
 
 
-def pseudonym(mmsi: int, secret: bytes) -> str:
-    """Return a vessel's stable pseudonym in this installation; it does not lead back."""
-    return hmac.new(secret, f"vessel:{mmsi}".encode(), hashlib.sha256).hexdigest()[:16]
+def _run(run: Run) -> dict[str, object]:
+    return {
+        "id": run.id,
+        "preset": run.preset,
+        "parameters": dict(sorted(run.parameters.items())),
+        "detector": run.model.name,
+        "detector_sha256": run.model.sha256,
+        "registration_id": run.registration_id,
+        "code_version": run.code_version,
+    }
 
 
-def _image(image: Image) -> ImageRecord:
+def _image(image: Image, shown: Identities) -> ImageRecord:
     return ImageRecord(
         id=image.id,
-        file_name=image.file_name,
+        file_name=shown.file_name(image.file_name, image.sha256),
         sha256=image.sha256,
         width_px=image.width_px,
         height_px=image.height_px,
@@ -174,15 +195,15 @@ def _image(image: Image) -> ImageRecord:
     )
 
 
-def _pose(pose: Pose, review: Review | None, secret: bytes | None) -> PoseRecord:
+def _pose(pose: Pose, review: Review | None, shown: Identities) -> PoseRecord:
     box, state = pose.match.detection, pose.match.vessel_state
     rotation, _ = cv2.Rodrigues(np.array(pose.rotvec_cam_from_vessel, dtype=np.float64))
     return PoseRecord(
         id=pose.id,
         run_id=pose.run_id,
         registration_id=pose.run.registration_id,
-        image=_image(pose.image),
-        vessel=str(pose.mmsi) if secret is None else pseudonym(pose.mmsi, secret),
+        image=_image(pose.image, shown),
+        vessel=shown.vessel(pose.mmsi),
         box_px=(box.x1_px, box.y1_px, box.x2_px, box.y2_px),
         score=box.score,
         cost=pose.match.cost,

@@ -24,6 +24,7 @@ class MakeExport:
 
     def do(self, export_id: int) -> None:
         """Write an export's file."""
+        self._runner.step("begin", self._begin, export_id)
         self._runner.step("write", self._write, export_id)
 
     def fail(self, reason: str, export_id: int) -> None:
@@ -33,6 +34,9 @@ class MakeExport:
     def give_up(self, session: Session, job_id: str, reason: str) -> None:
         """Say that an export's job is not tried again, and why."""
         service.fail_job(session, job_id, reason)
+
+    def _begin(self, export_id: int) -> None:
+        service.begin(self._runner.session(), export_id)
 
     def _write(self, export_id: int) -> None:
         stored, count = service.make_file(

@@ -7,7 +7,7 @@ import pytest
 
 from app.config import Settings
 from app.db import Database
-from app.exports.service import pseudonym
+from app.exports.identities import pseudonym
 from app.tables.runs import Pose
 from tests.factories.world import make_world
 from tests.integration.commands.conftest import Shell
@@ -48,14 +48,25 @@ def test_vessels_are_pseudonyms_unless_asked_for(
     ("option", "key"), [("--run", "run_id"), ("--site", "site_id"), ("--camera", "camera_id")]
 )
 def test_filters_select(
-    quaymark: Shell, world: dict[str, int], tmp_path: Path, option: str, key: str
+    quaymark: Shell,
+    database: Database,
+    world: dict[str, int],
+    tmp_path: Path,
+    option: str,
+    key: str,
 ) -> None:
-    """Each filter keeps what it names and leaves out all else."""
+    """Each filter keeps what it names, leaves out all else, and may not name nothing."""
+    with database.writing() as session:
+        other = make_world(session, "Weser", MMSI + 1)
     out = tmp_path / "poses.json"
-    for value, count in ((world[key], 1), (world[key] + 1, 0)):
-        outcome = quaymark("export", "--format", "coco", "--out", out, option, value)
+    for ids in (world, other):
+        outcome = quaymark("export", "--format", "coco", "--out", out, option, ids[key])
         assert outcome.code == 0, outcome.error
-        assert len(json.loads(out.read_text())["annotations"]) == count
+        annotations = json.loads(out.read_text())["annotations"]
+        assert [each["quaymark_pose_id"] for each in annotations] == [ids["pose_id"]]
+    unknown = quaymark("export", "--format", "coco", "--out", out, option, 999_999)
+    assert (unknown.code, unknown.error.count("\n")) == (1, 1)
+    assert unknown.error.startswith("quaymark: there is no such")
 
 
 def test_a_failed_export_leaves_the_old_file(

@@ -1,0 +1,80 @@
+"""Vessels' identities in an export: shown, or hidden behind pseudonyms.
+
+A pseudonym is a keyed hash, the same in every export of an installation, so that a vessel can be
+followed through a data set and not be traced from it. A file name may tell an identity too, and is
+then replaced by the photograph's own hash.
+"""
+
+import hashlib
+import hmac
+import re
+from collections.abc import Iterable
+from pathlib import PurePath
+from typing import Protocol
+
+MMSI_DIGITS = 9
+SHORTEST_NAME = 3
+_DIGITS = re.compile(rf"[0-9]{{{MMSI_DIGITS},}}")
+
+
+class Identities(Protocol):
+    """What an export says of vessels and of the files they are on."""
+
+    def vessel(self, mmsi: int) -> str:
+        """Return what stands for a vessel."""
+        ...
+
+    def file_name(self, name: str, sha256: str) -> str:
+        """Return what a photograph is called."""
+        ...
+
+
+class Shown:
+    """The MMSI, and file names as they are."""
+
+    def vessel(self, mmsi: int) -> str:
+        """Return the MMSI."""
+        return str(mmsi)
+
+    def file_name(self, name: str, sha256: str) -> str:  # noqa: ARG002  Identities
+        """Return the name as it is."""
+        return name
+
+
+class Hidden:
+    """Pseudonyms; `vessels` (MMSI, name) are those that no file name may tell."""
+
+    def __init__(self, secret: bytes, vessels: Iterable[tuple[int, str | None]]) -> None:
+        self._secret = secret
+        self._mmsis: set[str] = set()
+        names: set[str] = set()
+        for mmsi, name in vessels:
+            self._mmsis.add(f"{mmsi:0{MMSI_DIGITS}}")
+            names.add(_letters(name or ""))
+        self._names = sorted(name for name in names if len(name) >= SHORTEST_NAME)
+
+    def vessel(self, mmsi: int) -> str:
+        """Return the vessel's pseudonym."""
+        return pseudonym(mmsi, self._secret)
+
+    def file_name(self, name: str, sha256: str) -> str:
+        """Return the name, or one made of the content where it tells a vessel."""
+        return f"{sha256}{PurePath(name).suffix}" if self._tells(name) else name
+
+    def _tells(self, name: str) -> bool:
+        for digits in _DIGITS.findall(name):
+            windows = range(len(digits) - MMSI_DIGITS + 1)
+            if any(digits[at : at + MMSI_DIGITS] in self._mmsis for at in windows):
+                return True
+        letters = _letters(PurePath(name).stem)
+        return any(vessel in letters for vessel in self._names)
+
+
+def pseudonym(mmsi: int, secret: bytes) -> str:
+    """Return a vessel's stable pseudonym in this installation; it does not lead back."""
+    return hmac.new(secret, f"vessel:{mmsi}".encode(), hashlib.sha256).hexdigest()[:16]
+
+
+def _letters(text: str) -> str:
+    """Return a text without what people leave out in file names: case, blanks, dots, dashes."""
+    return "".join(letter for letter in text.casefold() if letter.isalnum())
