@@ -7,6 +7,7 @@ from fastapi import APIRouter, Query, Response
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
 from app.dependencies import PagingDep, SessionDep
+from app.ids import Mmsi, RowId
 from app.paging import Page
 from app.reviews import service
 from app.reviews.schemas import PoseOut, ReviewIn, ReviewOut
@@ -23,9 +24,9 @@ def list_poses(
     session: SessionDep,
     access: Reader,
     paging: PagingDep,
-    run_id: int | None = None,
-    image_id: int | None = None,
-    mmsi: int | None = None,
+    run_id: RowId | None = None,
+    image_id: RowId | None = None,
+    mmsi: Mmsi | None = None,
     grade: Annotated[GradeFilter | None, Query(description="The newest verdict")] = None,
 ) -> Page[PoseOut]:
     """List poses with their newest verdicts."""

@@ -27,8 +27,10 @@ class ReviewIn(BaseModel):
 
     grade: Grade
     reasons: Annotated[list[str], Field(max_length=10)] = []
-    comment: Annotated[str | None, Field(max_length=4000)] = None
-    seconds: Annotated[float | None, Field(ge=0, le=86400, description="Time it took")] = None
+    comment: Annotated[str | None, Field(max_length=4000, pattern=r"^[^\x00]*$")] = None
+    seconds: Annotated[
+        float | None, Field(ge=0, le=86400, allow_inf_nan=False, description="Time it took")
+    ] = None
 
 
 class ReviewOut(BaseModel):

@@ -4,7 +4,7 @@ A verdict never changes: grading again puts a new one in the place of the person
 old one stays readable. Another person's verdict stands beside it as a second opinion.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy.orm import Session
@@ -115,7 +115,16 @@ def grade_pose(
 
 def verdicts(session: Session, run_id: int) -> Verdicts:
     """Sum up how a run's poses were judged; acceptable is Good or OK (paper, evaluation)."""
-    total, counts = repository.grade_counts(session, run_id)
+    return verdicts_by_run(session, [run_id])[run_id]
+
+
+def verdicts_by_run(session: Session, run_ids: Collection[int]) -> Mapping[int, Verdicts]:
+    """Sum up how the poses of each of some runs were judged, in one query."""
+    found = repository.grade_counts(session, run_ids)
+    return {run_id: _verdicts(total, counts) for run_id, (total, counts) in found.items()}
+
+
+def _verdicts(total: int, counts: Mapping[Grade, int]) -> Verdicts:
     graded = sum(counts.values())
     good = counts.get(Grade.GOOD, 0)
     acceptable = good + counts.get(Grade.OK, 0)

@@ -19,6 +19,8 @@ from app.templating import page
 
 router = APIRouter()
 
+SHOWN_FIELDS = frozenset({"viewport_id", "detector", "score_threshold", "maximum_cost"})
+
 Reader = Annotated[Access, allowed(Scope.READ)]
 Operator = Annotated[Access, allowed(Scope.INGEST)]
 
@@ -27,11 +29,12 @@ Operator = Annotated[Access, allowed(Scope.INGEST)]
 def list_runs(request: Request, session: SessionDep, access: Reader) -> Response:
     """List the newest runs."""
     runs = service.newest_runs(session, access.site_ids(Scope.READ))
+    verdicts = reviews.verdicts_by_run(session, [run.id for run, _ in runs])
     return page(
         request,
         "runs/list.html",
         crumbs=[{"label": "Runs"}],
-        runs=[(run, progress, reviews.verdicts(session, run.id)) for run, progress in runs],
+        runs=[(run, progress, verdicts[run.id]) for run, progress in runs],
         may_start=access.may_anywhere(Scope.INGEST),
         reviewable=access.site_ids(Scope.REVIEW),
     )
@@ -121,7 +124,7 @@ def _form(
         name=name,
         entered=entered or {},
         errors=errors,
-        message=error.detail if error and not errors else "",
+        message=error.detail if error and not errors.keys() & SHOWN_FIELDS else "",
     )
 
 

@@ -8,8 +8,17 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.domain.fusion_settings import FusionSettings, Preset
 from app.errors import FieldError, Invalid
+from app.ids import LARGEST_ROW_ID
 
 _ADAPTER = TypeAdapter(FusionSettings)
+# Beyond these a number is a slip of the hand: it would keep a worker busy for nothing.
+_LARGEST = {
+    "border_tolerance_px": 10_000.0,
+    "maximum_cost": 1e6,
+    "maximum_report_age_s": 3600.0,
+    "maximum_range_m": 100_000.0,
+}
+_MOST_CLASSES = 1000
 
 
 def fusion_settings(preset: str, overrides: Mapping[str, Any]) -> FusionSettings:
@@ -26,17 +35,33 @@ def fusion_settings(preset: str, overrides: Mapping[str, Any]) -> FusionSettings
             f"parameters.{unknown[0]}", f"is no parameter; there are {', '.join(sorted(known))}"
         )
     try:
-        return _ADAPTER.validate_python({"preset": preset, **overrides})
+        settings = _ADAPTER.validate_python({"preset": preset, **overrides})
     except ValidationError as error:
-        problems = tuple(
-            FieldError(
-                ".".join(["parameters", *(str(part) for part in problem["loc"])]),
-                problem["msg"].removeprefix("Value error, "),
-            )
-            for problem in error.errors()
-        )
+        problems = tuple(_problem(problem["loc"], problem["msg"]) for problem in error.errors())
         first = problems[0]
         raise Invalid(f"{first.field}: {first.message}", fields=problems) from error
+    _refuse_slips(settings)
+    return settings
+
+
+def _problem(place: tuple[int | str, ...], message: str) -> FieldError:
+    """Name the parameter, also where only the message of the settings themselves does."""
+    message = message.removeprefix("Value error, ")
+    if not place:
+        name, _, message = message.partition(" ")
+        place = (name,)
+    return FieldError(".".join(["parameters", *map(str, place)]), message)
+
+
+def _refuse_slips(settings: FusionSettings) -> None:
+    for name, largest in _LARGEST.items():
+        if getattr(settings, name) > largest:
+            raise Invalid.field(f"parameters.{name}", f"must be at most {largest:g}")
+    ids = settings.class_ids
+    if len(ids) > _MOST_CLASSES or not all(0 <= class_id < LARGEST_ROW_ID for class_id in ids):
+        raise Invalid.field(
+            "parameters.class_ids", f"must be at most {_MOST_CLASSES} classes from 0 on"
+        )
 
 
 def as_json(settings: FusionSettings) -> dict[str, Any]:

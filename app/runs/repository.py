@@ -1,12 +1,14 @@
 """SQL of runs: what is asked of them and how far they are."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 import sqlalchemy as sa
 from sqlalchemy.orm import Session, joinedload
 
+from app.db import find
+from app.detectors.service import IMPORTED_FAMILY
 from app.paging import Paging, fetch_page
 from app.tables.detection import Detection, Model, ModelStatus
 from app.tables.imagery import Image
@@ -31,13 +33,12 @@ class Counts:
 
 def get(session: Session, run_id: int) -> Run | None:
     """Return a run with what it refers to."""
-    return session.get(
+    return find(
+        session,
         Run,
         run_id,
-        options=[
-            joinedload(Run.model),
-            joinedload(Run.viewport).joinedload(Viewport.camera),
-        ],
+        joinedload(Run.model),
+        joinedload(Run.viewport).joinedload(Viewport.camera),
     )
 
 
@@ -79,9 +80,11 @@ def latest_registration(session: Session, viewport_id: int) -> Registration | No
 
 
 def ready_model(session: Session, name: str | None) -> Model | None:
-    """Return the ready detector with a name, or the newest ready one."""
+    """Return the ready detector with a name, or the newest; imported boxes only if named."""
     statement = sa.select(Model).where(Model.status == ModelStatus.READY)
-    if name is not None:
+    if name is None:
+        statement = statement.where(Model.family != IMPORTED_FAMILY)
+    else:
         statement = statement.where(Model.name == name)
     return session.scalars(statement.order_by(Model.id.desc()).limit(1)).first()
 
@@ -143,31 +146,56 @@ def add(session: Session, run: Run) -> int:
     return run.image_count
 
 
-def counts(session: Session, run_id: int) -> Counts:
-    """Count what a run has made so far."""
-    done, failed, last = session.execute(
-        sa.select(
-            sa.func.count(RunImage.done_at),
-            sa.func.count(RunImage.error),
-            sa.func.max(RunImage.done_at),
-        ).where(RunImage.run_id == run_id)
-    ).one()
-
-    def count(statement: sa.Select[int]) -> int:
-        return session.scalar(statement) or 0
-
-    return Counts(
-        images_done=done,
-        images_failed=failed,
-        detections=count(
-            sa.select(sa.func.count(Detection.id))
-            .join(RunImage, RunImage.detection_set_id == Detection.detection_set_id)
-            .where(RunImage.run_id == run_id)
-        ),
-        matches=count(sa.select(sa.func.count(Match.id)).where(Match.run_id == run_id)),
-        poses=count(sa.select(sa.func.count(Pose.id)).where(Pose.run_id == run_id)),
-        last_done_at=last,
+def counts(session: Session, run_ids: Collection[int]) -> Mapping[int, Counts]:
+    """Count what each of some runs has made so far."""
+    images = {
+        row[0]: row
+        for row in session.execute(
+            sa.select(
+                RunImage.run_id,
+                sa.func.count(RunImage.done_at),
+                sa.func.count(RunImage.error),
+                sa.func.max(RunImage.done_at),
+            )
+            .where(RunImage.run_id.in_(run_ids))
+            .group_by(RunImage.run_id)
+        )
+    }
+    detections = _by_run(
+        session,
+        sa.select(RunImage.run_id, sa.func.count())
+        .join(Detection, Detection.detection_set_id == RunImage.detection_set_id)
+        .where(RunImage.run_id.in_(run_ids))
+        .group_by(RunImage.run_id),
     )
+    matches = _by_run(
+        session,
+        sa.select(Match.run_id, sa.func.count())
+        .where(Match.run_id.in_(run_ids))
+        .group_by(Match.run_id),
+    )
+    poses = _by_run(
+        session,
+        sa.select(Pose.run_id, sa.func.count())
+        .where(Pose.run_id.in_(run_ids))
+        .group_by(Pose.run_id),
+    )
+    found = {}
+    for run_id in run_ids:
+        _, done, failed, last = images.get(run_id, (run_id, 0, 0, None))
+        found[run_id] = Counts(
+            images_done=done,
+            images_failed=failed,
+            detections=detections.get(run_id, 0),
+            matches=matches.get(run_id, 0),
+            poses=poses.get(run_id, 0),
+            last_done_at=last,
+        )
+    return found
+
+
+def _by_run(session: Session, statement: sa.Select[int, int]) -> Mapping[int, int]:
+    return {row[0]: row[1] for row in session.execute(statement)}
 
 
 def image_errors(session: Session, run_id: int, limit: int = 20) -> Sequence[tuple[str, str]]:
@@ -182,10 +210,12 @@ def image_errors(session: Session, run_id: int, limit: int = 20) -> Sequence[tup
     return [(name, reason or "") for name, reason in rows]
 
 
-def mark_cancelled(session: Session, run_id: int, at: datetime) -> None:
-    """Mark a run as cancelled unless it has ended already."""
-    session.execute(
+def mark_cancelled(session: Session, run_id: int, at: datetime) -> bool:
+    """Mark a run as cancelled; False when it has ended already."""
+    cancelled = session.scalar(
         sa.update(Run)
         .where(Run.id == run_id, Run.status.in_((RunStatus.QUEUED, RunStatus.RUNNING)))
         .values(status=RunStatus.CANCELLED, finished_at=at)
+        .returning(Run.id)
     )
+    return cancelled is not None

@@ -15,7 +15,8 @@ from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
 from app.db import Database
 from app.dependencies import DatabaseDep, JobsDep, Page, PagingDep, SessionDep
-from app.errors import NotFound
+from app.errors import NotFound, looked_up_by
+from app.ids import RowId
 from app.runs import service
 from app.runs.schemas import RunIn, RunOut
 from app.sites import service as sites
@@ -23,6 +24,7 @@ from app.tables.runs import Run
 
 router = APIRouter(tags=["runs"], route_class=IdempotentRoute)
 EVENT_INTERVAL_S = 0.5
+KEEP_ALIVE_S = 15.0
 
 Reader = Annotated[Access, allowed(Scope.READ)]
 Operator = Annotated[Access, allowed(Scope.INGEST)]
@@ -37,7 +39,8 @@ def start_run(
     response: Response,
 ) -> RunOut:
     """Start a run over all images of a viewport; a worker takes it from the queue."""
-    access.require(Scope.INGEST, sites.site_id_of_viewport(session, body.viewport_id))
+    with looked_up_by("viewport_id"):
+        access.require(Scope.INGEST, sites.site_id_of_viewport(session, body.viewport_id))
     run = service.start_run(
         session,
         jobs,
@@ -55,12 +58,13 @@ def start_run(
 
 @router.get("/runs")
 def list_runs(
-    session: SessionDep, access: Reader, paging: PagingDep, viewport_id: int | None = None
+    session: SessionDep, access: Reader, paging: PagingDep, viewport_id: RowId | None = None
 ) -> Page[RunOut]:
     """List the runs of the sites one may read, oldest first."""
     runs, cursor = service.list_runs(session, access.site_ids(Scope.READ), viewport_id, paging)
     return Page(
-        items=[RunOut.of(run, service.progress(session, run)) for run in runs], next_cursor=cursor
+        items=[RunOut.of(run, progress) for run, progress in service.with_progress(session, runs)],
+        next_cursor=cursor,
     )
 
 
@@ -74,16 +78,16 @@ def get_run(run_id: int, session: SessionDep, access: Reader) -> RunOut:
 
 @router.post("/runs/{run_id}/cancel")
 def cancel_run(run_id: int, database: DatabaseDep, jobs: JobsDep, access: Operator) -> RunOut:
-    """Stop a run before its next images; what it made so far stays."""
+    """Stop a run before its next images; what it made stays. An ended run stays as it is."""
     with database.reading() as session:
         run = service.get_run(session, run_id)
         access.require(Scope.INGEST, run.site_id)
-    # Before any row is written here: the job engine writes on a connection of its own.
     if run.status not in service.ENDED:
+        # Before any row is written here: the job engine writes on a connection of its own.
         jobs.cancel(run.workflow_id)
-    with database.writing() as session:
-        service.mark_cancelled(session, run)
-        record(session, access, "cancel", "run", run.id, site_id=run.site_id)
+        with database.writing() as session:
+            if service.mark_cancelled(session, run):
+                record(session, access, "cancel", "run", run.id, site_id=run.site_id)
     with database.reading() as session:
         run = service.get_run(session, run_id)
         return RunOut.of(run, service.progress(session, run))
@@ -104,7 +108,7 @@ def watch_run(
 
 
 async def _events(request: Request, database: Database, run_id: int) -> AsyncIterator[str]:
-    last = ""
+    last, sent_at = "", anyio.current_time()
     while not await request.is_disconnected():
         progress = await run_in_threadpool(_progress, database, run_id)
         if progress is None:
@@ -112,10 +116,13 @@ async def _events(request: Request, database: Database, run_id: int) -> AsyncIte
         data = json.dumps(asdict(progress))
         if data != last:
             yield f"event: progress\ndata: {data}\n\n"
-            last = data
+            last, sent_at = data, anyio.current_time()
         if progress.status in service.ENDED:
             yield f"event: end\ndata: {data}\n\n"
             return
+        if anyio.current_time() - sent_at > KEEP_ALIVE_S:
+            yield ": still here\n\n"  # a comment, so that no proxy takes silence for the end
+            sent_at = anyio.current_time()
         await anyio.sleep(EVENT_INTERVAL_S)
 
 

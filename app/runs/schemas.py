@@ -8,6 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.runs.service import Progress
 from app.tables.runs import Run, RunStatus
 
+NO_CONTROLS = r"^[^\x00-\x1f\x7f]*$"
+
 
 class RunIn(BaseModel):
     """What a run shall do."""
@@ -23,11 +25,16 @@ class RunIn(BaseModel):
 
     viewport_id: int
     detector: Annotated[
-        str | None, Field(max_length=200, description="A ready model's name; else the newest one")
+        str | None,
+        Field(
+            max_length=200,
+            pattern=NO_CONTROLS,
+            description="A ready model's name; else the newest one",
+        ),
     ] = None
     preset: str = "paper"
     parameters: dict[str, Any] = {}
-    name: Annotated[str, Field(max_length=200)] = ""
+    name: Annotated[str, Field(max_length=200, pattern=NO_CONTROLS)] = ""
 
 
 class RunOut(BaseModel):

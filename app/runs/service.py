@@ -13,8 +13,8 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from app import __version__
-from app.db import now
-from app.errors import Conflict, Invalid, NotFound
+from app.db import find, now
+from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.jobs import JobClient, JobQueue
 from app.paging import Paging
 from app.runs import repository
@@ -58,12 +58,12 @@ def start_run(
     parameters).
     """
     settings = fusion_settings(preset, parameters)
-    viewport = session.get(Viewport, viewport_id)
+    viewport = find(session, Viewport, viewport_id)
     if viewport is None:
         raise NotFound("there is no such viewport")
     registration = repository.latest_registration(session, viewport_id)
     if registration is None:
-        raise Conflict(
+        raise _not_ready(
             "the viewport has no camera pose yet: register it first "
             f"(POST /api/v1/viewports/{viewport_id}/registrations with method pnp or given)"
         )
@@ -83,9 +83,13 @@ def start_run(
         created_by_id=user_id,
     )
     if repository.add(session, run) == 0:
-        raise Conflict("the viewport has no images yet: upload some first (POST /api/v1/images)")
+        raise _not_ready("the viewport has no images yet: upload some first (POST /api/v1/images)")
     jobs.enqueue(session, RUN_JOB, run.id, queue=JobQueue.RUNS, job_id=run.workflow_id)
     return run
+
+
+def _not_ready(reason: str) -> Conflict:
+    return Conflict(reason, fields=(FieldError("viewport_id", reason),))
 
 
 def _no_detector(name: str | None) -> str:
@@ -112,7 +116,7 @@ def newest_runs(
     session: Session, site_ids: frozenset[int] | None, limit: int = 50
 ) -> list[tuple[Run, Progress]]:
     """Return the newest runs with their progress."""
-    return [(run, progress(session, run)) for run in repository.newest(session, site_ids, limit)]
+    return with_progress(session, repository.newest(session, site_ids, limit))
 
 
 def label(run: Run) -> str:
@@ -160,7 +164,16 @@ def image_errors(session: Session, run_id: int) -> Sequence[tuple[str, str]]:
 
 def progress(session: Session, run: Run) -> Progress:
     """Tell how far a run is, from its rows alone."""
-    counts = repository.counts(session, run.id)
+    return with_progress(session, [run])[0][1]
+
+
+def with_progress(session: Session, runs: Sequence[Run]) -> list[tuple[Run, Progress]]:
+    """Tell of each run how far it is, with as many queries for many as for one."""
+    counts = repository.counts(session, [run.id for run in runs])
+    return [(run, _progress(run, counts[run.id])) for run in runs]
+
+
+def _progress(run: Run, counts: repository.Counts) -> Progress:
     rate = _rate_per_s(run, counts.images_done, counts.last_done_at)
     left = run.image_count - counts.images_done
     return Progress(
@@ -182,6 +195,6 @@ def _rate_per_s(run: Run, done: int, last_done_at: datetime | None) -> float | N
     return done / max((last_done_at - run.started_at).total_seconds(), 1e-3)
 
 
-def mark_cancelled(session: Session, run: Run) -> None:
-    """Mark a run as cancelled; its job must have been stopped before."""
-    repository.mark_cancelled(session, run.id, now())
+def mark_cancelled(session: Session, run: Run) -> bool:
+    """Mark a run as cancelled; its job must have been stopped before. False if it has ended."""
+    return repository.mark_cancelled(session, run.id, now())

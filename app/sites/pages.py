@@ -77,6 +77,7 @@ def show_site(request: Request, site_id: int, session: SessionDep, access: Reade
     counts = service.site_counts(session, [site.id])[site.id]
     lines = lines_of(session, viewports)
     newest = runs.newest_runs(session, frozenset({site.id}), RUNS_SHOWN)
+    verdicts = reviews.verdicts_by_run(session, [run.id for run, _ in newest])
     return page(
         request,
         "sites/site.html",
@@ -86,7 +87,7 @@ def show_site(request: Request, site_id: int, session: SessionDep, access: Reade
         lines=lines,
         counts=counts,
         step=next_step(site, counts, cameras, lines),
-        runs=[(run, done, reviews.verdicts(session, run.id)) for run, done in newest],
+        runs=[(run, done, verdicts[run.id]) for run, done in newest],
         reviewable=access.site_ids(Scope.REVIEW),
         may_register=access.may(Scope.REGISTER, site.id),
         may_ingest=access.may(Scope.INGEST, site.id),

@@ -136,6 +136,8 @@ class RunPipeline:
 
     def _outcome(self, batch: _Batch, image: Image) -> ImageOutcome:
         known = batch.known.get(image.sha256)
+        if image.deleted_at is not None:
+            return _unusable(image, "the image was deleted before its turn came")
         try:
             boxes = (
                 [_box(row) for row in known.detections]
@@ -144,7 +146,7 @@ class RunPipeline:
             )
         except (AppError, ValueError) as error:
             log.warning("image not usable", image_id=image.id, error=str(error))
-            return ImageOutcome(image.id, image.sha256, None, None, (), (), error=str(error))
+            return _unusable(image, str(error))
         states = batch.states[image.id]
         result = fuse(batch.camera, batch.frame, batch.water_level_m, boxes, states, batch.settings)
         return ImageOutcome(
@@ -155,6 +157,10 @@ class RunPipeline:
             states=state_rows(batch.camera, batch.frame, batch.water_level_m, states, result),
             poses=pose_rows(batch.frame, states, result),
         )
+
+
+def _unusable(image: Image, reason: str) -> ImageOutcome:
+    return ImageOutcome(image.id, image.sha256, None, None, (), (), error=reason)
 
 
 def _box(row: DetectionRow) -> Detection:
