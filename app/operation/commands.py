@@ -42,7 +42,9 @@ def serve(host: Host = "", port: Port = 0) -> None:
 
 
 def worker(
-    concurrency: Annotated[int, typer.Option(min=1, help="Processes, one per core")] = 1,
+    concurrency: Annotated[
+        int, typer.Option(min=0, help="Processes, one a core; 0: QUAYMARK_WORKER_CONCURRENCY")
+    ] = 0,
 ) -> None:
     """Do jobs until stopped."""
     os.execv(  # noqa: S606  our own module, in place of this process
