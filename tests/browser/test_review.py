@@ -212,6 +212,6 @@ def test_grades_wait_for_a_new_sign_in(
     review.press("2")
     expect(review.sync).to_have_attribute("data-state", "signed-out")
     expect(review.sync.get_by_role("link", name="Sign in")).to_be_visible()
-    context.add_cookies([{**cookie} for cookie in cookies])  # type: ignore[typeddict-item,list-item]  what it gave is what it takes
+    context.add_cookies(cookies)
     review.expect_all_saved()
     assert grade_of(api, poses[0]["id"]) == "ok"
