@@ -9,6 +9,7 @@ from app.reviews.service import ReviewedPose
 from app.tables.imagery import Image
 from app.tables.reviews import Grade, Review
 
+Reason = Annotated[str, Field(max_length=32)]
 Pixels = list[list[float] | None]
 PREVIEW_WIDTH_PX = 1280
 
@@ -26,7 +27,7 @@ class ReviewIn(BaseModel):
     )
 
     grade: Grade
-    reasons: Annotated[list[str], Field(max_length=10)] = []
+    reasons: Annotated[list[Reason], Field(max_length=10)] = []
     comment: Annotated[str | None, Field(max_length=4000, pattern=r"^[^\x00]*$")] = None
     seconds: Annotated[
         float | None, Field(ge=0, le=86400, allow_inf_nan=False, description="Time it took")

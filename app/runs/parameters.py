@@ -32,7 +32,8 @@ def fusion_settings(preset: str, overrides: Mapping[str, Any]) -> FusionSettings
     unknown = sorted(set(overrides) - known)
     if unknown:
         raise Invalid.field(
-            f"parameters.{unknown[0]}", f"is no parameter; there are {', '.join(sorted(known))}"
+            f"parameters.{unknown[0][:64]}",
+            f"is no parameter; there are {', '.join(sorted(known))}",
         )
     try:
         settings = _ADAPTER.validate_python({"preset": preset, **overrides})
