@@ -9,7 +9,7 @@ PYTHON ?= python3
 
 UV := PYTHONPATH= .tools/bin/uv
 BIN := .venv/bin
-SOURCES := app worker tests benchmarks migrations hatch_build.py
+SOURCES := app worker tests tools benchmarks migrations hatch_build.py
 FRONTEND := $(shell find static/src -type f ! -name api-types.ts 2>/dev/null) vite.config.ts tsconfig.json
 
 export UV_COMPILE_BYTECODE := 1
