@@ -6,7 +6,9 @@
  * is only shifted when the next object would be out of sight.
  */
 import {
+  bringOnScreen,
   centerOn,
+  fillScreen,
   fitImage,
   fitRect,
   isVisible,
@@ -35,7 +37,8 @@ export function frame(
     return framing === "free" ? current : fitImage(image, screen);
   }
   if (framing === "object") {
-    return fitRect(object, screen, margin);
+    // Room beside the photograph shows nothing, unless the object itself reaches out of it.
+    return bringOnScreen(fillScreen(fitRect(object, screen, margin), image, screen), object, screen);
   }
   return isVisible(current, object, screen) ? current : centerOn(current, middle(object), screen);
 }

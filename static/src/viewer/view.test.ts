@@ -5,6 +5,7 @@ import { wheelFactor } from "./gestures/wheel-zoom";
 import {
   boundsOf,
   centerOn,
+  fillScreen,
   fitImage,
   fitRect,
   isVisible,
@@ -104,6 +105,26 @@ describe("framing", () => {
 
   it("does not blow a distant speck up without bound", () => {
     expect(fitRect({ x1: 5, y1: 5, x2: 6, y2: 6 }, SCREEN, 0).scale).toBe(16);
+  });
+
+  it("fits an object near the border without leaving room beside the image empty", () => {
+    const corner = { x1: 10, y1: 20, x2: 110, y2: 70 };
+    const view = frame("object", VIEW, corner, IMAGE, SCREEN, 2);
+    expect(view.scale).toBeCloseTo(900 / 500);
+    expectPoint(toScreen(view, [-0.5, -0.5]), [0, 0]);
+    expect(isVisible(view, corner, SCREEN)).toBe(true);
+  });
+
+  it("keeps an object in sight that reaches out of the image", () => {
+    const cut = { x1: -150, y1: 100, x2: 150, y2: 200 };
+    const view = frame("object", VIEW, cut, IMAGE, SCREEN, 0.5);
+    expect(isVisible(view, cut, SCREEN)).toBe(true);
+    expect(toScreen(view, [-150, 100])[0]).toBeCloseTo(0);
+  });
+
+  it("centres an image smaller than the screen", () => {
+    const view = fillScreen({ scale: 1, x: -500, y: 900 }, { width: 100, height: 60 }, SCREEN);
+    expectPoint(toScreen(view, [49.5, 29.5]), [450, 300]);
   });
 
   it("leaves a free view alone while the next object is in sight", () => {

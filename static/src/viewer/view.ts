@@ -112,6 +112,26 @@ export function keepInSight(view: View, image: Size, screen: Size): View {
   };
 }
 
+/** Leaves no room empty that the image could fill; an image smaller than the room is centred. */
+export function fillScreen(view: View, image: Size, screen: Size): View {
+  const place = (offset: number, extent: number, room: number): number =>
+    extent <= room ? (room - extent) / 2 : Math.min(0, Math.max(room - extent, offset));
+  return {
+    scale: view.scale,
+    x: place(view.x, image.width * view.scale, screen.width),
+    y: place(view.y, image.height * view.scale, screen.height),
+  };
+}
+
+/** Shifts the view as little as is needed to have a rectangle that fits wholly on the screen. */
+export function bringOnScreen(view: View, rect: Rect, screen: Size): View {
+  const [left, top] = toScreen(view, [rect.x1, rect.y1]);
+  const [right, bottom] = toScreen(view, [rect.x2, rect.y2]);
+  const shift = (from: number, to: number, room: number): number =>
+    from < 0 ? -from : Math.min(0, room - to);
+  return panBy(view, shift(left, right, screen.width), shift(top, bottom, screen.height));
+}
+
 export function middle(rect: Rect): Point {
   return [(rect.x1 + rect.x2) / 2, (rect.y1 + rect.y2) / 2];
 }
