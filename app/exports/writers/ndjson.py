@@ -33,9 +33,8 @@ def write(
 
 
 def _line(value: object) -> bytes:
-    text = json.dumps(
-        value, separators=(",", ":"), ensure_ascii=False, allow_nan=False, default=_moment
-    )
+    # ASCII only: some readers also end a line at the separators U+0085, U+2028 and U+2029.
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False, default=_moment)
     return text.encode() + b"\n"
 
 
