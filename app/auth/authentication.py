@@ -8,6 +8,8 @@ route takes the writer's lock no sooner than its own first statement.
 
 from http.cookies import CookieError, SimpleCookie
 
+import structlog
+from sqlalchemy.exc import OperationalError
 from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
@@ -16,6 +18,7 @@ from app.auth import service
 from app.auth.access import Access
 from app.db import Database, now
 
+_log = structlog.get_logger("quaymark.access")
 SESSION_COOKIE = "quaymark_session"
 # Answers that depend on nobody: no look-up for them.
 _ANONYMOUS_PREFIXES = ("/static/", "/healthz", "/readyz")
@@ -48,8 +51,12 @@ def _identify(database: Database, bearer: str | None, cookie: str | None) -> Acc
     if caller is None:
         return None
     if caller.token_to_note is not None:
-        with database.writing() as session:
-            service.note_token_use(session, caller.token_to_note, moment)
+        try:
+            with database.writing() as session:
+                service.note_token_use(session, caller.token_to_note, moment)
+        except OperationalError as error:
+            # On a full disk one can still read; when a token was used last matters less.
+            _log.warning("token use not noted", error=str(error.orig))
     return caller.access
 
 
