@@ -3,8 +3,27 @@
 from pathlib import Path
 
 import pytest
+from xdist.remote import Producer
+from xdist.scheduler import LoadScopeScheduling
 
 ROOT = Path(__file__).resolve().parents[1]
+TOGETHER = "tests/browser/"
+
+
+class _OneBrowser(LoadScopeScheduling):
+    """Sends each test to whichever process is free, but all browser tests to the same one.
+
+    They share a server, a worker and a browser, whose start costs more than any of them.
+    (`--dist loadgroup` would do, but pytest-xdist 3.8 finds no groups under pytest 9.2.)
+    """
+
+    def _split_scope(self, nodeid: str) -> str:
+        return TOGETHER if nodeid.startswith(TOGETHER) else nodeid
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadScopeScheduling:
+    """Choose how tests are spread over processes."""
+    return _OneBrowser(config, log)
 
 
 @pytest.fixture(scope="session")

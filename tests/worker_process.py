@@ -5,8 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -61,15 +60,6 @@ class WorkerProcess:
                 self._process.wait(20)
             except subprocess.TimeoutExpired:
                 self.kill()
-
-    @contextmanager
-    def paused(self) -> Iterator[None]:
-        """Let the process stand still for a moment, so that its work can be seen waiting."""
-        self._process.send_signal(signal.SIGSTOP)
-        try:
-            yield
-        finally:
-            self._process.send_signal(signal.SIGCONT)
 
     @property
     def code(self) -> int | None:

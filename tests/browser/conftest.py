@@ -40,21 +40,30 @@ HARBOUR = HarbourChoice() if UPDATE_SCREENSHOTS else HarbourChoice(1, 16, 640, 4
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep these tests in one process, so that there is one installation and one browser."""
+    """Mark the tests of this folder."""
     for item in items:
         if HERE in item.path.parents:
             item.add_marker(pytest.mark.browser)
-            item.add_marker(pytest.mark.xdist_group("browser"))
 
 
 @dataclass(frozen=True)
 class Installation:
-    """A served database: where it is, what is in it, and the processes behind it."""
+    """A served database: where it is, what is in it, and how its worker is started."""
 
     url: str
     database: Database
     harbour: harbour_site.HarbourSite
-    worker: WorkerProcess
+    start_worker: Callable[[], WorkerProcess]
+    workers: list[WorkerProcess]
+
+    @contextmanager
+    def without_worker(self) -> Iterator[None]:
+        """Let work wait: the worker is gone, and another comes afterwards."""
+        self.workers.pop().stop()
+        try:
+            yield
+        finally:
+            self.workers.append(self.start_worker())
 
 
 @pytest.fixture(scope="session")
@@ -72,12 +81,17 @@ def installation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installat
         identity.make_user(session, Role.ADMIN, email=ADMIN)
     storage = Storage(settings.storage_url)
     harbour = harbour_site.install(database, storage, settings, HARBOUR, _say_nothing)
-    with (
-        _serving(settings, folder / "server.log") as url,
-        WorkerProcess(settings, folder / "worker.log") as worker,
-    ):
-        wait_until(lambda: _answers(f"{url}/readyz"), what="a server with a worker")
-        yield Installation(url, database, harbour, worker)
+
+    def start_worker() -> WorkerProcess:
+        return WorkerProcess(settings, folder / "worker.log")
+
+    with _serving(settings, folder / "server.log") as url:
+        workers = [start_worker()]
+        try:
+            wait_until(lambda: _answers(f"{url}/readyz"), what="a server with a worker")
+            yield Installation(url, database, harbour, start_worker, workers)
+        finally:
+            workers.pop().stop()
     database.dispose()
 
 

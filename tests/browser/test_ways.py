@@ -112,7 +112,7 @@ def start_on_form(page: Page, name: str) -> None:
 
 def test_a_run_is_started_and_watched_to_its_end(page: Page, installation: Installation) -> None:
     """A run started on the form shows that it waits, goes on and ends without a reload."""
-    with installation.worker.paused():
+    with installation.without_worker():
         start_on_form(page, "Watched")
         expect(page.locator("[data-run-status]")).to_contain_text("Queued")
         expect(page.locator("[data-progress=right]")).to_contain_text("Waiting for a worker")
@@ -125,7 +125,7 @@ def test_a_run_is_started_and_watched_to_its_end(page: Page, installation: Insta
 
 def test_a_run_that_waits_can_be_cancelled(page: Page, installation: Installation) -> None:
     """The button on a waiting run cancels it, and the page says so."""
-    with installation.worker.paused():
+    with installation.without_worker():
         start_on_form(page, "Called off")
         expect(page.locator("[data-progress=right]")).to_contain_text("Waiting for a worker")
         page.get_by_role("button", name="Cancel the run").click()

@@ -70,6 +70,14 @@ describe("grading", () => {
     expect(session.gradeOf(1)).toBe("good");
   });
 
+  it("believes an answer to a grade over a list that was asked for before", () => {
+    const session = new ReviewSession();
+    session.acknowledge(2, "ok");
+    session.append([aPose({ id: 1, imageId: 1 }), aPose({ id: 2, imageId: 1 })]);
+    expect(session.gradeOf(2)).toBe("ok");
+    expect(session.graded).toBe(1);
+  });
+
   it("keeps the last ten decisions, newest first", () => {
     const session = sessionOf(
       ...Array.from({ length: 12 }, (_, i) => aPose({ id: i + 1, imageId: 1 })),

@@ -33,9 +33,11 @@ export class ReviewSession {
       }
       this.indexById.set(pose.id, this.poses.length);
       this.poses.push(pose);
-      if (pose.review !== null && !this.grades.has(pose.id)) {
-        this.acknowledged.set(pose.id, pose.review.grade);
-        this.setGrade(pose.id, pose.review.grade);
+      // A list asked for before a grade arrived is older than the server's word on that grade.
+      const grade = this.acknowledged.get(pose.id) ?? pose.review?.grade;
+      if (grade !== undefined && !this.grades.has(pose.id)) {
+        this.acknowledged.set(pose.id, grade);
+        this.setGrade(pose.id, grade);
       }
     }
   }
