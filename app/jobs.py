@@ -256,4 +256,5 @@ def reason_of(error: Exception) -> str:
     if isinstance(error, AppError):
         return error.detail
     lines = str(error).strip().splitlines() or ["no reason given"]
-    return f"{type(error).__name__}: {lines[0][:LONGEST_REASON]}"
+    is_ours = type(error).__module__.startswith(("app.", "worker."))
+    return ("" if is_ours else f"{type(error).__name__}: ") + lines[0][:LONGEST_REASON]

@@ -9,6 +9,7 @@ import anyio
 from fastapi import APIRouter, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import StreamingResponse
+from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
@@ -73,7 +74,7 @@ def get_run(run_id: int, session: SessionDep, access: Reader) -> RunOut:
     """Return a run and how far it is."""
     run = service.get_run(session, run_id)
     access.require(Scope.READ, run.site_id)
-    return RunOut.of(run, service.progress(session, run))
+    return _shown(session, run)
 
 
 @router.post("/runs/{run_id}/cancel")
@@ -89,8 +90,11 @@ def cancel_run(run_id: int, database: DatabaseDep, jobs: JobsDep, access: Operat
             if service.mark_cancelled(session, run):
                 record(session, access, "cancel", "run", run.id, site_id=run.site_id)
     with database.reading() as session:
-        run = service.get_run(session, run_id)
-        return RunOut.of(run, service.progress(session, run))
+        return _shown(session, service.get_run(session, run_id))
+
+
+def _shown(session: Session, run: Run) -> RunOut:
+    return RunOut.of(run, service.progress(session, run), service.image_errors(session, run.id))
 
 
 @router.get("/runs/{run_id}/events", response_class=StreamingResponse)

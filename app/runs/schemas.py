@@ -1,5 +1,6 @@
 """Shapes of runs in REST."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Annotated, Any
 
@@ -37,6 +38,13 @@ class RunIn(BaseModel):
     name: Annotated[str, Field(max_length=200, pattern=NO_CONTROLS)] = ""
 
 
+class ImageErrorOut(BaseModel):
+    """An image a run could not use, and why."""
+
+    file_name: str
+    reason: str
+
+
 class RunOut(BaseModel):
     """A run and how far it is."""
 
@@ -62,10 +70,15 @@ class RunOut(BaseModel):
     created_at: datetime
     started_at: datetime | None
     finished_at: datetime | None
+    image_errors: Annotated[
+        list[ImageErrorOut], Field(description="The first images that failed; none in lists")
+    ] = []
 
     @classmethod
-    def of(cls, run: Run, progress: Progress) -> "RunOut":
-        """Put a run and its progress together."""
+    def of(
+        cls, run: Run, progress: Progress, image_errors: Sequence[tuple[str, str]] = ()
+    ) -> "RunOut":
+        """Put a run, its progress and its failed images (file name, reason) together."""
         return cls(
             id=run.id,
             name=run.name,
@@ -89,4 +102,7 @@ class RunOut(BaseModel):
             created_at=run.created_at,
             started_at=run.started_at,
             finished_at=run.finished_at,
+            image_errors=[
+                ImageErrorOut(file_name=name, reason=reason) for name, reason in image_errors
+            ],
         )

@@ -8,6 +8,7 @@ from app.detectors.service import IMPORTED_FAMILY, IMPORTED_SETTINGS_SHA256
 from app.domain.arrays import UInt8Array
 from app.domain.detection import Detection, DetectionSettings
 from app.domain.fusion_settings import FusionSettings
+from app.errors import NotFound
 from app.storage import Storage
 from app.tables.detection import Model
 from worker.inference.detector import Detector
@@ -39,7 +40,10 @@ class DetectorPool:
         self._loaded: dict[tuple[str, str], Detector] = {}
 
     def get(self, model: Model, settings: FusionSettings) -> Detector:
-        """Return a model's detector. Raises ModelRefusedError when it cannot be loaded."""
+        """Return a model's detector.
+
+        Raises NotFound when its file is gone, ModelRefusedError when it cannot be loaded.
+        """
         if model.family == IMPORTED_FAMILY:
             return ImportedDetections()
         detection = DetectionSettings(
@@ -55,6 +59,10 @@ class DetectorPool:
         return self._loaded[key]
 
     def _open(self, model: Model, detection: DetectionSettings) -> Detector:
+        if not self._storage.exists(model.sha256):
+            raise NotFound(
+                f"the file of the detector {model.name!r} is gone from the store; add it again"
+            )
         path = self._storage.local_path(model.sha256)
         if path is not None:
             return open_detector(path, model.family, detection, self._session_settings)

@@ -135,18 +135,19 @@ class RunPipeline:
             )
 
     def _outcome(self, batch: _Batch, image: Image) -> ImageOutcome:
-        known = batch.known.get(image.sha256)
         if image.deleted_at is not None:
             return _unusable(image, "the image was deleted before its turn came")
-        try:
-            boxes = (
-                [_box(row) for row in known.detections]
-                if known
-                else batch.detector.detect(decode_image(self._storage.read(image.sha256)))
-            )
-        except (AppError, ValueError) as error:
-            log.warning("image not usable", image_id=image.id, error=str(error))
-            return _unusable(image, str(error))
+        known = batch.known.get(image.sha256)
+        if known is not None:
+            boxes = [_box(row) for row in known.detections]
+        else:
+            try:
+                pixels = decode_image(self._storage.read(image.sha256))
+            except (AppError, ValueError) as error:
+                # One bad file among thousands is told by name; a broken detector ends the run.
+                log.warning("image not usable", image_id=image.id, error=str(error))
+                return _unusable(image, str(error))
+            boxes = batch.detector.detect(pixels)
         states = batch.states[image.id]
         result = fuse(batch.camera, batch.frame, batch.water_level_m, boxes, states, batch.settings)
         return ImageOutcome(
