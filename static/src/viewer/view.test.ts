@@ -104,7 +104,7 @@ describe("framing", () => {
   });
 
   it("does not blow a distant speck up without bound", () => {
-    expect(fitRect({ x1: 5, y1: 5, x2: 6, y2: 6 }, SCREEN, 0).scale).toBe(16);
+    expect(fitRect({ x1: 5, y1: 5, x2: 6, y2: 6 }, SCREEN, 0).scale).toBe(8);
   });
 
   it("fits an object near the border without leaving room beside the image empty", () => {

@@ -78,7 +78,7 @@ export function fitImage(image: Size, screen: Size): View {
  * Shows a rectangle, centred, with free space around it: margin 1 leaves the rectangle's own size
  * free on each side. Small objects are not blown up beyond `maxScale`.
  */
-export function fitRect(rect: Rect, screen: Size, margin: number, maxScale = 16): View {
+export function fitRect(rect: Rect, screen: Size, margin: number, maxScale = 8): View {
   const width = Math.max(1, rect.x2 - rect.x1) * (1 + 2 * margin);
   const height = Math.max(1, rect.y2 - rect.y1) * (1 + 2 * margin);
   const scale = Math.min(maxScale, fitScale({ width, height }, screen));
