@@ -45,6 +45,8 @@ def request_export(
         filters = ExportFilters.model_validate({"run_id": run_id or None, "grade": grade or None})
     except ValidationError:
         return _page(request, session, access, error="Choose a run and grades from the lists.")
+    if format_name not in service.WRITERS:
+        return _page(request, session, access, error="Choose a format from the list.")
     anonymise = not (with_identities and access.may_anywhere(Scope.REVIEW))
     export = service.request_export(
         session,
