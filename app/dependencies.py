@@ -32,22 +32,23 @@ __all__ = [
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
-def _settings(request: Request) -> Settings:
+# These only look something up: as coroutines they cost no change of threads.
+async def _settings(request: Request) -> Settings:
     settings: Settings = request.app.state.settings
     return settings
 
 
-def _database(request: Request) -> Database:
+async def _database(request: Request) -> Database:
     database: Database = request.app.state.database
     return database
 
 
-def _storage(request: Request) -> Storage:
+async def _storage(request: Request) -> Storage:
     storage: Storage = request.app.state.storage
     return storage
 
 
-def _jobs(request: Request) -> JobClient:
+async def _jobs(request: Request) -> JobClient:
     jobs: JobClient = request.app.state.jobs
     return jobs
 
@@ -71,7 +72,7 @@ def _session(request: Request, database: DatabaseDep) -> Iterator[Session]:
 SessionDep = Annotated[Session, Depends(_session, scope="function")]
 
 
-def _paging(
+async def _paging(
     limit: Annotated[int, Query(ge=1, le=1000, description="How many items at most")] = 100,
     cursor: Annotated[
         str | None, Query(max_length=64, description="`next_cursor` of the last answer")
