@@ -26,6 +26,8 @@ from worker.tasks import register_tasks
 
 log = structlog.get_logger()
 STOP_GRACE_S = 10.0
+# People wait for pages, nobody for the hundredth part of a run.
+NICENESS = 10
 EXECUTOR_ID_LENGTH = 64
 
 
@@ -72,6 +74,7 @@ def stop_on_signals(stop: threading.Event) -> None:
 def _take_jobs(
     settings: Settings, database: Database, stop: threading.Event, parent_pid: int
 ) -> None:
+    os.nice(NICENESS)
     executor_id = f"{uuid.uuid4().hex[:8]}-{os.getpid()}-{socket.gethostname()}"
     executor_id = executor_id[:EXECUTOR_ID_LENGTH]
     runner = JobRunner(settings.database_url, executor_id, concurrency=1)

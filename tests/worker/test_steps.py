@@ -3,6 +3,7 @@
 import threading
 import uuid
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import sqlalchemy as sa
@@ -47,6 +48,16 @@ def site_names(database: Database) -> set[str]:
         return set(session.scalars(sa.select(Site.name)))
 
 
+def launch(runner: JobRunner) -> None:
+    """Begin to take jobs, from a thread of its own.
+
+    A browser test before this one leaves an event loop running in the main thread, and the job
+    engine refuses to start inside one.
+    """
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(runner.launch).result()
+
+
 def nothing(*_arguments: object) -> None:
     """Do nothing."""
 
@@ -63,7 +74,7 @@ def test_others_write_while_a_step_computes(
         make_site(runner.session(), "of the step")
 
     runner.register("tested", lambda: runner.step("work", compute_then_store), nothing)
-    runner.launch()
+    launch(runner)
     enqueue(database, client)
     assert computing.wait(60)
     with database.writing() as session:
@@ -88,7 +99,7 @@ def test_a_failed_step_leaves_nothing_but_its_reason(
         told.append((reason, name))
 
     runner.register("tested", lambda name: runner.step("work", store_then_fail, name), tell)
-    runner.launch()
+    launch(runner)
     enqueue(database, client, "never")
     wait_until(lambda: bool(told), what="the reason")
     assert told == [("the harbour is closed", "never")]
@@ -135,7 +146,7 @@ def test_a_lost_connection_is_made_anew(
             _end_other_connections(database)
 
     runner.register("tested", lambda: runner.step("work", store), nothing)
-    runner.launch()
+    launch(runner)
     enqueue(database, client)
     wait_until(lambda: site_names(database) == {"kept"}, what="the step's end")
     assert len(attempts) == 2
