@@ -2,8 +2,9 @@
 
 The run is the whole of it: a real worker that decodes, detects, reads AIS, matches, fuses and
 stores every row durably on SQLite. The loop only decodes in full, letterboxes and runs the same
-model with as many threads. They take turns, because a machine's speed drifts by the minute. A run
-over images whose detections are known shows what fusing again costs.
+model with as many threads, with the same memory and thread settings as the worker (with the
+libraries' defaults it is the slower of the two). They take turns, because a machine's speed drifts
+by the minute. A run over images whose detections are known shows what fusing again costs.
 """
 
 import statistics
@@ -19,6 +20,7 @@ from app.tables.imagery import Image
 from app.tables.runs import Run
 from benchmarks.workbench import SHARED, Workbench, show_load, workbench
 from tests.factories.norderelbe import Published, make_norderelbe
+from worker.inference.image import decode_image
 
 IMAGES = 60
 ROUNDS = 3
@@ -35,9 +37,7 @@ def main() -> None:
     with workbench(worker=True) as bench:
         viewport_id, _ = make_norderelbe(bench.database, bench.storage, published, IMAGES)
         paths = _paths(bench)
-        session = onnxruntime.InferenceSession(
-            published.weights, providers=["CPUExecutionProvider"]
-        )
+        session = _session(published.weights)
         _rate(bench.finish(bench.start_run(viewport_id, score_threshold=0.2)))  # warm
         loops, runs, again = [], [], []
         for number in range(ROUNDS):
@@ -72,12 +72,18 @@ def _paths(bench: Workbench) -> list[Path]:
     return [path for sha256 in hashes if (path := bench.storage.local_path(sha256))]
 
 
+def _session(weights: bytes) -> onnxruntime.InferenceSession:
+    options = onnxruntime.SessionOptions()
+    options.inter_op_num_threads = 1
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    return onnxruntime.InferenceSession(weights, options, providers=["CPUExecutionProvider"])
+
+
 def _loop_rate(session: onnxruntime.InferenceSession, paths: list[Path]) -> float:
     name = session.get_inputs()[0].name
     begun = time.perf_counter()
     for path in paths:
-        image = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_COLOR)
-        assert image is not None
+        image = decode_image(path.read_bytes())
         ratio = INPUT_PX / max(image.shape[:2])
         small = cv2.resize(image, None, fx=ratio, fy=ratio)
         canvas = np.full((INPUT_PX, INPUT_PX, 3), 114, np.uint8)

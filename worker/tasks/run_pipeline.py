@@ -4,7 +4,8 @@ A batch is one step: it reads, computes for all its images, and then writes all 
 that it is done in one transaction. A worker that dies inside a batch leaves no trace of it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 
 import structlog
@@ -12,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from app.config import Settings
 from app.db import Database
+from app.domain.arrays import UInt8Array
 from app.domain.camera import Camera
 from app.domain.detection import Detection
 from app.domain.fusion import fuse
@@ -30,8 +32,8 @@ from app.tables.detection import Detection as DetectionRow
 from app.tables.detection import DetectionSet
 from app.tables.imagery import Image
 from app.tables.runs import RunStatus
+from worker.inference.ahead import DecodeAhead
 from worker.inference.detector import Detector
-from worker.inference.image import decode_image
 from worker.inference.pool import DetectorPool
 from worker.tasks.pose_rows import pose_rows, state_rows
 from worker.tasks.vessel_states import states_around
@@ -53,6 +55,10 @@ class _Batch:
     model_sha256: str
     settings: FusionSettings
 
+    def is_to_be_detected(self, image: Image) -> bool:
+        """Whether the detector has to look at an image."""
+        return image.deleted_at is None and image.sha256 not in self.known
+
 
 class RunPipeline:
     """Does the jobs of runs."""
@@ -64,7 +70,7 @@ class RunPipeline:
     ) -> None:
         self._runner = runner
         self._database = database
-        self._storage = storage
+        self._ahead = DecodeAhead(storage)
         self._images_per_step = settings.images_per_step
         self._detectors = DetectorPool(storage, settings)
 
@@ -94,7 +100,9 @@ class RunPipeline:
 
     def _do_images(self, run_id: int, start: int, stop: int) -> int:
         batch = self._read(run_id, start, stop)
-        outcomes = [self._outcome(batch, image) for image in batch.images]
+        unknown = (image.sha256 for image in batch.images if batch.is_to_be_detected(image))
+        pixels = self._ahead.pixels_of(unknown)
+        outcomes = [_outcome(batch, image, pixels) for image in batch.images]
         batches.store(
             self._runner.session(),
             run_id,
@@ -134,30 +142,31 @@ class RunPipeline:
                 settings=settings,
             )
 
-    def _outcome(self, batch: _Batch, image: Image) -> ImageOutcome:
-        if image.deleted_at is not None:
-            return _unusable(image, "the image was deleted before its turn came")
-        known = batch.known.get(image.sha256)
-        if known is not None:
-            boxes = [_box(row) for row in known.detections]
-        else:
-            try:
-                pixels = decode_image(self._storage.read(image.sha256))
-            except (AppError, ValueError) as error:
-                # One bad file among thousands is told by name; a broken detector ends the run.
-                log.warning("image not usable", image_id=image.id, error=str(error))
-                return _unusable(image, str(error))
-            boxes = batch.detector.detect(pixels)
-        states = batch.states[image.id]
-        result = fuse(batch.camera, batch.frame, batch.water_level_m, boxes, states, batch.settings)
-        return ImageOutcome(
-            image_id=image.id,
-            image_sha256=image.sha256,
-            detection_set_id=known.id if known else None,
-            new_boxes=None if known else boxes,
-            states=state_rows(batch.camera, batch.frame, batch.water_level_m, states, result),
-            poses=pose_rows(batch.frame, states, result),
-        )
+
+def _outcome(batch: _Batch, image: Image, pixels: Iterator[Future[UInt8Array]]) -> ImageOutcome:
+    if image.deleted_at is not None:
+        return _unusable(image, "the image was deleted before its turn came")
+    known = batch.known.get(image.sha256)
+    if known is not None:
+        boxes = [_box(row) for row in known.detections]
+    else:
+        try:
+            decoded = next(pixels).result()
+        except (AppError, ValueError) as error:
+            # One bad file among thousands is told by name; a broken detector ends the run.
+            log.warning("image not usable", image_id=image.id, error=str(error))
+            return _unusable(image, str(error))
+        boxes = batch.detector.detect(decoded)
+    states = batch.states[image.id]
+    result = fuse(batch.camera, batch.frame, batch.water_level_m, boxes, states, batch.settings)
+    return ImageOutcome(
+        image_id=image.id,
+        image_sha256=image.sha256,
+        detection_set_id=known.id if known else None,
+        new_boxes=None if known else boxes,
+        states=state_rows(batch.camera, batch.frame, batch.water_level_m, states, result),
+        poses=pose_rows(batch.frame, states, result),
+    )
 
 
 def _unusable(image: Image, reason: str) -> ImageOutcome:
