@@ -1,4 +1,4 @@
-"""Fit the network to rendered scenes, from random weights and a seed.
+"""Fit the network to rendered scenes, from random weights or on from an earlier run.
 
 Two processes with one thread each take half of every batch and average their gradients: on a
 machine shared with others that is many times faster than one process with two threads, which
@@ -42,6 +42,8 @@ class Plan:
     seed: int
     processes: int
     port: int
+    start: Path | None
+    until: int | None
 
 
 def train(rank: int, plan: Plan) -> None:
@@ -52,6 +54,8 @@ def train(rank: int, plan: Plan) -> None:
     distributed.init_process_group("gloo", rank=rank, world_size=plan.processes)
     torch.manual_seed(plan.seed)  # the same first weights everywhere
     network = YoloxNano().to(memory_format=torch.channels_last).train()
+    if plan.start:
+        network.load_state_dict(torch.load(plan.start, weights_only=True))
     average = copy.deepcopy(network).eval()
     optimiser = _optimiser(network, plan.rate)
     scenes = dataset.load_scenes(plan.data, plan.harbours)
@@ -64,7 +68,8 @@ def train(rank: int, plan: Plan) -> None:
     began, heard = time.monotonic(), []
     with ThreadPoolExecutor(1) as ahead:
         coming = ahead.submit(batch, 0)
-        for step in range(plan.steps):
+        last = min(plan.until or plan.steps, plan.steps)
+        for step in range(last):
             images, samples = coming.result()
             coming = ahead.submit(batch, step + 1)
             for group in optimiser.param_groups:
@@ -83,7 +88,7 @@ def train(rank: int, plan: Plan) -> None:
             if rank == 0 and (step + 1) % 50 == 0:
                 _log(step + 1, time.monotonic() - began, heard)
                 heard.clear()
-            if rank == 0 and ((step + 1) % 100 == 0 or step + 1 == plan.steps):
+            if rank == 0 and ((step + 1) % 100 == 0 or step + 1 == last):
                 torch.save(average.state_dict(), plan.out)
     distributed.destroy_process_group()
 
@@ -125,7 +130,7 @@ def _follow(average: nn.Module, network: nn.Module, step: int) -> None:
 
 def _log(step: int, seconds: float, heard: list[dict[str, float]]) -> None:
     names = ("objectness", "box", "class", "distance")
-    means = {n: float(np.mean([parts.get(n, np.nan) for parts in heard])) for n in names}
+    means = {n: float(np.nanmean([parts.get(n, np.nan) for parts in heard])) for n in names}
     print(step, f"{seconds:.0f} s", {n: round(v, 3) for n, v in means.items()}, flush=True)
 
 
@@ -140,6 +145,8 @@ def _main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--port", type=int, default=29517, help="where the processes meet")
+    parser.add_argument("--start", type=Path, help="go on from weights an earlier run has written")
+    parser.add_argument("--until", type=int, help="end here, before the schedule is through")
     plan = Plan(**vars(parser.parse_args()))
     multiprocessing.spawn(train, args=(plan,), nprocs=plan.processes)
 
