@@ -4,7 +4,8 @@ Reading and writing are apart: a worker reads, computes for seconds, and only th
 nobody waits for the database meanwhile.
 """
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -122,37 +123,58 @@ def store(
     settings_sha256: str,
     outcomes: Sequence[ImageOutcome],
 ) -> None:
-    """Store what came of some images, and that they are done."""
-    for outcome in outcomes:
-        set_id = outcome.detection_set_id
-        if outcome.new_boxes is not None:
-            set_id = _store_boxes(session, outcome, model_sha256, settings_sha256)
-        _store_poses(session, run_id, outcome, _detection_ids(session, set_id))
-        session.execute(
-            sa.update(RunImage)
-            .where(RunImage.run_id == run_id, RunImage.image_id == outcome.image_id)
-            .values(done_at=now(), detection_set_id=set_id, error=outcome.error)
-        )
+    """Store what came of some images, and that they are done.
+
+    A statement a table, not an image: on SQLite reviewers wait for this to end.
+    """
+    if not outcomes:
+        return
+    set_ids = {
+        outcome.image_sha256: outcome.detection_set_id
+        for outcome in outcomes
+        if outcome.detection_set_id is not None
+    }
+    set_ids |= _store_boxes(session, outcomes, model_sha256, settings_sha256)
+    _store_poses(session, run_id, outcomes, set_ids)
+    done_at = now()
+    session.execute(
+        sa.update(RunImage),
+        [
+            {
+                "run_id": run_id,
+                "image_id": outcome.image_id,
+                "done_at": done_at,
+                "detection_set_id": set_ids.get(outcome.image_sha256),
+                "error": outcome.error,
+            }
+            for outcome in outcomes
+        ],
+    )
 
 
 def _store_boxes(
-    session: Session, outcome: ImageOutcome, model_sha256: str, settings_sha256: str
-) -> int:
-    """Store boxes once; another run may just have stored the same ones for the same content."""
-    insert = (sqlite if session.get_bind().dialect.name == "sqlite" else postgresql).insert
-    key = {
-        "image_sha256": outcome.image_sha256,
-        "model_sha256": model_sha256,
-        "settings_sha256": settings_sha256,
+    session: Session, outcomes: Sequence[ImageOutcome], model_sha256: str, settings_sha256: str
+) -> dict[str, int]:
+    """Store new boxes once; returns all their sets by image content.
+
+    Another run may just have stored the same ones for the same content.
+    """
+    boxes = {
+        outcome.image_sha256: outcome.new_boxes
+        for outcome in outcomes
+        if outcome.new_boxes is not None
     }
-    set_id: int | None = session.scalar(
+    if not boxes:
+        return {}
+    insert = (sqlite if session.get_bind().dialect.name == "sqlite" else postgresql).insert
+    key = {"model_sha256": model_sha256, "settings_sha256": settings_sha256, "created_at": now()}
+    inserted = session.execute(
         insert(DetectionSet)
-        .values(**key, created_at=now())
         .on_conflict_do_nothing()
-        .returning(DetectionSet.id)
+        .returning(DetectionSet.id, DetectionSet.image_sha256),
+        [{"image_sha256": sha256, **key} for sha256 in boxes],
     )
-    if set_id is None:
-        return session.scalars(sa.select(DetectionSet.id).filter_by(**key)).one()
+    ours = {row[1]: row[0] for row in inserted}
     rows = [
         {
             "detection_set_id": set_id,
@@ -163,50 +185,73 @@ def _store_boxes(
             "score": box.score,
             "class_id": box.class_id,
         }
-        for box in outcome.new_boxes or ()
+        for sha256, set_id in ours.items()
+        for box in boxes[sha256]
     ]
     if rows:
         session.execute(sa.insert(Detection), rows)
-    return set_id
-
-
-def _detection_ids(session: Session, set_id: int | None) -> Sequence[int]:
-    if set_id is None:
-        return ()
-    return session.scalars(
-        sa.select(Detection.id).where(Detection.detection_set_id == set_id).order_by(Detection.id)
-    ).all()
+    others = [sha256 for sha256 in boxes if sha256 not in ours]
+    known = known_detections(session, others, model_sha256, settings_sha256) if others else {}
+    return ours | {sha256: found.id for sha256, found in known.items()}
 
 
 def _store_poses(
-    session: Session, run_id: int, outcome: ImageOutcome, detection_ids: Sequence[int]
+    session: Session, run_id: int, outcomes: Sequence[ImageOutcome], set_ids: Mapping[str, int]
 ) -> None:
-    if not outcome.states:
+    states = [
+        {"run_id": run_id, "image_id": outcome.image_id, **state}
+        for outcome in outcomes
+        for state in outcome.states
+    ]
+    poses = [(outcome, rows) for outcome in outcomes for rows in outcome.poses]
+    if not states:
         return
-    key = {"run_id": run_id, "image_id": outcome.image_id}
     state_ids = session.scalars(
-        sa.insert(VesselStateRow).returning(VesselStateRow.id, sort_by_parameter_order=True),
-        [{**key, **state} for state in outcome.states],
+        sa.insert(VesselStateRow).returning(VesselStateRow.id, sort_by_parameter_order=True), states
     ).all()
-    if not outcome.poses:
+    if not poses:
         return
+    first_state = _starts(outcomes)
+    detection_ids = _detection_ids(session, set_ids.values())
     match_ids = session.scalars(
         sa.insert(Match).returning(Match.id, sort_by_parameter_order=True),
         [
             {
                 "run_id": run_id,
-                "detection_id": detection_ids[rows.detection_index],
-                "vessel_state_id": state_ids[rows.state_index],
+                "detection_id": detection_ids[set_ids[outcome.image_sha256]][rows.detection_index],
+                "vessel_state_id": state_ids[first_state[outcome.image_id] + rows.state_index],
                 "cost": rows.cost,
                 "cost_terms": rows.cost_terms,
             }
-            for rows in outcome.poses
+            for outcome, rows in poses
         ],
     ).all()
     session.execute(
         sa.insert(Pose),
         [
-            {**key, **rows.pose, "match_id": match_id}
-            for rows, match_id in zip(outcome.poses, match_ids, strict=True)
+            {"run_id": run_id, "image_id": outcome.image_id, **rows.pose, "match_id": match_id}
+            for (outcome, rows), match_id in zip(poses, match_ids, strict=True)
         ],
     )
+
+
+def _starts(outcomes: Sequence[ImageOutcome]) -> dict[int, int]:
+    """Return where each image's states begin among those of all images."""
+    starts, start = {}, 0
+    for outcome in outcomes:
+        starts[outcome.image_id] = start
+        start += len(outcome.states)
+    return starts
+
+
+def _detection_ids(session: Session, set_ids: Iterable[int]) -> Mapping[int, Sequence[int]]:
+    """Return the ids of the boxes of each set, in the order they were found in."""
+    rows = session.execute(
+        sa.select(Detection.detection_set_id, Detection.id)
+        .where(Detection.detection_set_id.in_(set(set_ids)))
+        .order_by(Detection.id)
+    )
+    ids: dict[int, list[int]] = defaultdict(list)
+    for set_id, identifier in rows:
+        ids[set_id].append(identifier)
+    return ids
