@@ -84,7 +84,10 @@ def test_a_worker_that_sleeps_is_replaced_and_does_no_harm_when_it_wakes(
     start_worker(**IMPATIENT)
     wait_until(lambda: runs.done(run_id) > 0, what="the first images")
     (sleeper,) = live_pids(database)
-    send(sleeper, signal.SIGSTOP)
+    # Suspended in the midst of writing it would hold SQLite's only writer's place for good.
+    with database.writing() as session:
+        session.connection()
+        send(sleeper, signal.SIGSTOP)
     done_at_sleep = runs.done(run_id)
     other = start_worker(**IMPATIENT)
     wait_until(lambda: runs.done(run_id) > done_at_sleep, what="the takeover")
