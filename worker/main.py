@@ -20,6 +20,7 @@ from app import schema
 from app.config import Settings
 from app.db import Database
 from app.errors import Conflict
+from app.garbage import set_startup_aside
 from app.jobs import JobRunner, reason_of
 from worker.presence import Presence
 from worker.tasks import register_tasks
@@ -82,6 +83,7 @@ def _take_jobs(
     presence = Presence(database, runner, settings, executor_id, give_up)
     presence.announce()
     runner.launch()
+    set_startup_aside()
     log.info("worker ready", executor_id=executor_id)
     presence.keep(stop, parent_pid)
     _leave_in(STOP_GRACE_S)

@@ -8,6 +8,7 @@ from app import schema
 from app.config import Settings
 from app.db import Database
 from app.errors import AppError
+from app.garbage import set_startup_aside
 from app.logs import configure_logs
 from app.main import create_app
 
@@ -36,9 +37,11 @@ def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
         schema.refuse_other_version(database)
     finally:
         database.dispose()
+    app = create_app(settings)
+    set_startup_aside()
     return uvicorn.Server(
         uvicorn.Config(
-            create_app(settings),
+            app,
             log_level="warning" if quiet else "info",
             access_log=False,
             server_header=False,

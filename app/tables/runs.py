@@ -169,4 +169,7 @@ class Pose(Base):
     match: Mapped[Match] = relationship(lazy="joined")
     run: Mapped[Run] = relationship()
 
-    __table_args__ = (sa.UniqueConstraint("run_id", "image_id", "mmsi"),)
+    __table_args__ = (
+        sa.UniqueConstraint("run_id", "image_id", "mmsi"),
+        sa.Index("ix_poses_run_order", "run_id", "id"),
+    )
