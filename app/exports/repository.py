@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 
 import sqlalchemy as sa
-from sqlalchemy.orm import Session, joinedload
+from sqlalchemy.orm import Session, defer, joinedload, lazyload, load_only
 
 from app.db import find
 from app.paging import Paging, fetch_page
@@ -11,9 +11,19 @@ from app.tables.ais import Vessel
 from app.tables.exports import Export, ExportStatus
 from app.tables.imagery import Image
 from app.tables.reviews import Grade, Review
-from app.tables.runs import Pose, Run
+from app.tables.runs import Match, Pose, Run, VesselStateRow
 
 POSES_AT_ONCE = 500
+_NEEDED = (
+    defer(Pose.corrected_segment_px),
+    joinedload(Pose.match).options(
+        load_only(Match.cost),
+        joinedload(Match.detection),
+        joinedload(Match.vessel_state).load_only(
+            VesselStateRow.heading_source, VesselStateRow.age_s
+        ),
+    ),
+)
 
 
 def get(session: Session, export_id: int) -> Export | None:
@@ -113,7 +123,11 @@ class PoseSelection:
         return [(row[0], row[1]) for row in rows]
 
     def poses(self, session: Session) -> Iterator[tuple[Pose, Review | None]]:
-        """Give the selected poses with their newest standing verdicts, a few hundred at once."""
+        """Give the selected poses with their newest standing verdicts, a few hundred at once.
+
+        Of a pose, its match and its state only what files hold is loaded; of its image and run
+        nothing, as `images` and `runs` give them.
+        """
         after = 0
         while True:
             chosen = self._joined(sa.select(Pose.id)).where(Pose.id > after)
@@ -122,15 +136,13 @@ class PoseSelection:
                 return
             after = ids[-1]
             found = session.scalars(
-                sa.select(Pose)
-                .options(joinedload(Pose.image), joinedload(Pose.run))
-                .where(Pose.id.in_(ids))
-                .order_by(Pose.id)
+                sa.select(Pose).options(*_NEEDED).where(Pose.id.in_(ids)).order_by(Pose.id)
             ).all()
             reviews = {
                 review.pose_id: review
                 for review in session.scalars(
                     sa.select(Review)
+                    .options(lazyload(Review.user))
                     .where(Review.pose_id.in_(ids), Review.replaced_at.is_(None))
                     .order_by(Review.id)
                 )

@@ -132,17 +132,22 @@ def write_export(database: Database, export: Export, secret: bytes, target: IO[b
     )
     with database.reading() as session:
         repository.hold_still(session)
+        chosen_runs = poses.runs(session)
         selection = Selection(
             filters=dict(sorted(export.filters.items())),
             anonymised=export.anonymise,
-            runs=[_run(run) for run in poses.runs(session)],
+            runs=[_run(run) for run in chosen_runs],
             code_version=__version__,
             pose_count=poses.count(session),
         )
         shown: Identities = Hidden(secret, poses.vessels(session)) if export.anonymise else Shown()
-        images = [_image(image, shown) for image in poses.images(session)]
-        records = (_pose(pose, review, shown) for pose, review in poses.poses(session))
-        for chunk in WRITERS[export.format][0](images, records, selection):
+        images = {image.id: _image(image, shown) for image in poses.images(session)}
+        registrations = {run.id: run.registration_id for run in chosen_runs}
+        records = (
+            _pose(pose, review, images[pose.image_id], registrations[pose.run_id], shown)
+            for pose, review in poses.poses(session)
+        )
+        for chunk in WRITERS[export.format][0](list(images.values()), records, selection):
             target.write(chunk)
     return selection.pose_count
 
@@ -195,14 +200,20 @@ def _image(image: Image, shown: Identities) -> ImageRecord:
     )
 
 
-def _pose(pose: Pose, review: Review | None, shown: Identities) -> PoseRecord:
+def _pose(
+    pose: Pose,
+    review: Review | None,
+    image: ImageRecord,
+    registration_id: int,
+    shown: Identities,
+) -> PoseRecord:
     box, state = pose.match.detection, pose.match.vessel_state
     rotation, _ = cv2.Rodrigues(np.array(pose.rotvec_cam_from_vessel, dtype=np.float64))
     return PoseRecord(
         id=pose.id,
         run_id=pose.run_id,
-        registration_id=pose.run.registration_id,
-        image=_image(pose.image, shown),
+        registration_id=registration_id,
+        image=image,
         vessel=shown.vessel(pose.mmsi),
         box_px=(box.x1_px, box.y1_px, box.x2_px, box.y2_px),
         score=box.score,
