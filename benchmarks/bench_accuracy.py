@@ -17,18 +17,18 @@ from app.domain.ais import PositionReport, StaticReport
 from app.domain.camera import Camera
 from app.domain.fusion import FusionSettings, fuse
 from app.domain.keypoints import keypoints_in
-from app.domain.metrics import BoxPose, PoseError, box_iou, pose_error
+from app.domain.metrics import Box, BoxPose, PoseError, best_covered, pose_error
 from app.domain.nmea import NmeaDecoder, decode_lines
 from app.domain.registration import register_pnp
 from app.domain.tracks import TrackSettings, state_at
 from app.domain.vessel_state import VesselState
+from app.evaluation.service import LEAST_VISIBLE
 from app.simulation.harbour import Frame, Harbour, make_harbour
 from app.simulation.settings import HarbourSettings
 from app.simulation.truth import VesselTruth
 
 SEEDS = range(1000, 1012)
 IMAGES = 40
-LEAST_VISIBLE = 0.5
 BOOTSTRAPS = 2000
 
 
@@ -132,13 +132,11 @@ def judge_frame(
     result.matched += len(matchable & right)
 
 
-def under(
-    box_px: tuple[float, float, float, float], truths: Sequence[VesselTruth]
-) -> VesselTruth | None:
+def under(box_px: Box, truths: Sequence[VesselTruth]) -> VesselTruth | None:
     """Return the vessel whose silhouette a detection covers best."""
-    candidates = [(box_iou(box_px, truth.box_px), truth) for truth in truths if truth.box_px]
-    best = max(candidates, key=lambda candidate: candidate[0], default=(0.0, None))
-    return best[1] if best[0] > 0.1 else None
+    shown = [truth for truth in truths if truth.box_px is not None]
+    best = best_covered(box_px, [truth.box_px for truth in shown if truth.box_px is not None])
+    return None if best is None else shown[best]
 
 
 def truth_box(truth: VesselTruth) -> BoxPose:

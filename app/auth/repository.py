@@ -97,15 +97,6 @@ def drop_expired_sessions(session: Session, moment: datetime) -> None:
     session.execute(sa.delete(LoginSession).where(LoginSession.expires_at <= moment))
 
 
-def revoke_tokens_of(session: Session, user_id: int, moment: datetime) -> None:
-    """Revoke all of a user's tokens."""
-    session.execute(
-        sa.update(ApiToken)
-        .where(ApiToken.user_id == user_id, ApiToken.revoked_at.is_(None))
-        .values(revoked_at=moment)
-    )
-
-
 def other_active_admins(session: Session, user_id: int) -> int:
     """Count the active administrators of all sites besides a user, locking them on Postgres."""
     rows = session.scalars(

@@ -13,7 +13,6 @@ from sqlalchemy.orm.attributes import flag_modified
 
 from app.auth import audit, passwords, repository
 from app.auth.access import Access, Scope
-from app.db import now
 from app.errors import Conflict, Invalid, NotFound
 from app.paging import Paging
 from app.tables.identity import Membership, Role, User
@@ -177,11 +176,6 @@ def change_own_password(session: Session, access: Access, old: str, new: str) ->
     user.password_hash = new_hash
     repository.drop_sessions_of(session, user.id, but=access.session_id)
     audit.record(session, access, "change", "user", user.id, password="changed")  # noqa: S106
-
-
-def revoke_all_tokens(session: Session, user: User) -> None:
-    """Revoke every token of a person, for the command line."""
-    repository.revoke_tokens_of(session, user.id, now())
 
 
 def _memberships(session: Session, specs: Sequence[MembershipSpec]) -> list[Membership]:

@@ -31,14 +31,6 @@ class FixTimeSource(StrEnum):
     STATED = "stated"  # a table's time column: whatever its maker meant by it
 
 
-_FIX_SIGMA_S = {
-    FixTimeSource.PROMPT: 0.3,
-    FixTimeSource.STATED: 0.3,
-    FixTimeSource.RECEIVED: 2.0,
-    FixTimeSource.DOUBTFUL: 5.0,
-}
-
-
 @dataclass(frozen=True, slots=True)
 class PositionReport:
     """One position of one vessel: WGS84 degrees, knots, degrees from true north, deg/min.
@@ -68,11 +60,6 @@ class PositionReport:
     def position_sigma_m(self) -> float:
         """Standard deviation of the position: 5 m with the accuracy flag, else 10 m."""
         return 5.0 if self.high_accuracy else 10.0
-
-    @property
-    def fix_sigma_s(self) -> float:
-        """Standard deviation of the fix time: a second's rounding, or a guess at the delay."""
-        return _FIX_SIGMA_S[self.fix_time_source]
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,10 @@ import numpy as np
 
 from app.domain.arrays import FloatArray
 
+Box = tuple[float, float, float, float]
+# Less than this is a box beside the vessel, not of it.
+LEAST_IOU = 0.1
+
 
 @dataclass(frozen=True, eq=False)
 class BoxPose:
@@ -99,9 +103,14 @@ def spread(errors: Sequence[float]) -> Spread | None:
     return Spread(len(values), float(np.median(values)), float(np.percentile(values, 95)))
 
 
-def box_iou(
-    first_px: tuple[float, float, float, float], second_px: tuple[float, float, float, float]
-) -> float:
+def best_covered(box_px: Box, silhouettes_px: Sequence[Box]) -> int | None:
+    """Return the index of the silhouette that a detection covers best, by IoU; None for none."""
+    ious = [box_iou(box_px, silhouette) for silhouette in silhouettes_px]
+    best = max(range(len(ious)), key=ious.__getitem__, default=None)
+    return best if best is not None and ious[best] > LEAST_IOU else None
+
+
+def box_iou(first_px: Box, second_px: Box) -> float:
     """Intersection over union of two boxes (x1, y1, x2, y2), px."""
     width = min(first_px[2], second_px[2]) - max(first_px[0], second_px[0])
     height = min(first_px[3], second_px[3]) - max(first_px[1], second_px[1])

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from sqlalchemy.orm import Session
 
-from app.domain.metrics import BoxPose, PoseError, Spread, box_iou, pose_error, spread
+from app.domain.metrics import BoxPose, PoseError, Spread, best_covered, pose_error, spread
 from app.evaluation import repository
 from app.tables.groundtruth import VesselTruth
 from app.tables.runs import Pose
 
 LEAST_VISIBLE = 0.5
-LEAST_IOU = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,13 +74,9 @@ def against_truth(session: Session, run_ids: Sequence[int]) -> TruthFigures | No
 def _vessel_under(pose: Pose, truths: Sequence[VesselTruth]) -> VesselTruth | None:
     """Return the true vessel whose visible silhouette a pose's detection covers best."""
     box = pose.match.detection
-    covered = (box.x1_px, box.y1_px, box.x2_px, box.y2_px)
-    best, best_iou = None, LEAST_IOU
-    for truth in truths:
-        iou = box_iou(covered, (truth.x1_px, truth.y1_px, truth.x2_px, truth.y2_px))
-        if iou > best_iou:
-            best, best_iou = truth, iou
-    return best
+    silhouettes = [(truth.x1_px, truth.y1_px, truth.x2_px, truth.y2_px) for truth in truths]
+    best = best_covered((box.x1_px, box.y1_px, box.x2_px, box.y2_px), silhouettes)
+    return None if best is None else truths[best]
 
 
 def _box(row: Pose | VesselTruth) -> BoxPose:

@@ -18,7 +18,7 @@ from app.registration.solving import Problem, solve
 from app.sites import service as sites
 from app.sites.fields import in_zone
 from app.sites.service import flush_named
-from app.tables.registration import Keypoint, Landmark, Registration
+from app.tables.registration import Keypoint, Registration
 from app.tables.sites import Camera as CameraRow
 from app.tables.sites import Viewport
 
@@ -124,11 +124,6 @@ def keypoints_of(session: Session, viewport_id: int) -> Sequence[Keypoint]:
 def keypoint_counts(session: Session, viewport_ids: Sequence[int]) -> dict[int, int]:
     """Count the keypoints of viewports."""
     return repository.keypoint_counts(session, viewport_ids)
-
-
-def landmarks_of(session: Session, site_id: int) -> Sequence[Landmark]:
-    """Return a site's landmarks."""
-    return repository.landmarks(session, site_id)
 
 
 def replace_keypoints(

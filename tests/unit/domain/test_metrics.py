@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.metrics import BoxPose, box_iou, pose_error, spread
+from app.domain.metrics import BoxPose, best_covered, box_iou, pose_error, spread
 
 ANGLES = st.floats(-180, 180)
 SHIFTS = st.floats(-50, 50)
@@ -90,3 +90,11 @@ def test_iou_of_boxes() -> None:
     """Half-overlapping boxes share a third; boxes apart share nothing."""
     assert box_iou((0, 0, 10, 10), (5, 0, 15, 10)) == pytest.approx(1 / 3)
     assert box_iou((0, 0, 10, 10), (10, 0, 20, 10)) == 0.0
+
+
+def test_a_detection_is_of_the_vessel_it_covers_best() -> None:
+    """The largest overlap wins, and a box beside all vessels is of none."""
+    silhouettes = [(0.0, 0.0, 10.0, 10.0), (4.0, 0.0, 14.0, 10.0)]
+    assert best_covered((5.0, 0.0, 15.0, 10.0), silhouettes) == 1
+    assert best_covered((14.0, 0.0, 24.0, 10.0), silhouettes) is None
+    assert best_covered((0.0, 0.0, 10.0, 10.0), []) is None
