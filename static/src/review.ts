@@ -22,7 +22,7 @@ function open(root: HTMLElement, runId: number, user: string): void {
   const outbox = openOutbox(root, session, user, runId, () => {
     screen.show();
   });
-  const screen = new ReviewScreen(root, session, (pose, grade, seconds) => {
+  const screen = new ReviewScreen(root, runId, session, (pose, grade, seconds) => {
     outbox.add(pose.id, grade, seconds);
   });
   const act = (action: Action): void => {

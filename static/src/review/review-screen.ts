@@ -4,77 +4,54 @@
  */
 import { duration, number } from "../format";
 import { part } from "../page/parts";
-import type { Framing } from "../viewer/framing";
-import { DragPan } from "../viewer/gestures/drag-pan";
-import { PinchZoom } from "../viewer/gestures/pinch-zoom";
-import { WheelZoom } from "../viewer/gestures/wheel-zoom";
-import { PoseOverlay } from "../viewer/overlay/pose-overlay";
-import { toImage } from "../viewer/view";
-import { Viewer } from "../viewer/viewer";
+import type { Viewer } from "../viewer/viewer";
+import { ReviewActs } from "./acts";
 import { DecisionStrip } from "./decision-strip";
-import { announcement, FactsPanel } from "./facts-panel";
+import { announcement } from "./facts-panel";
 import type { Action } from "./keymap";
-import { LayersMenu } from "./layers-menu";
+import { ModeMachine, type Mode } from "./modes";
 import { Pace } from "./pace";
-import { drawn, extent, poseAt, vesselName, type Grade, type Pose } from "./pose";
+import type { Grade, Pose } from "./pose";
 import { prefetch } from "./prefetch";
 import type { ReviewSession } from "./session";
 import { Stopwatch } from "./stopwatch";
 
-const FRAMING_NAMES: Readonly<Record<Framing, string>> = {
-  object: "Fit box",
-  image: "Fit image",
-  free: "Free view",
+const REVIEWING: Mode = {
+  name: "review",
+  title: "",
+  hint: "",
+  commands: [],
+  enter: () => true,
+  leave: () => undefined,
+  act: () => undefined,
 };
 
 export class ReviewScreen {
-  readonly viewer: Viewer;
-  private readonly overlay = new PoseOverlay();
-  private readonly panel: FactsPanel;
+  readonly machine = new ModeMachine(REVIEWING);
+  private readonly acts: ReviewActs;
   private readonly strip: DecisionStrip;
-  private readonly layers: LayersMenu;
   private readonly stopwatch = new Stopwatch();
   private readonly pace = new Pace();
   private shownId: number | null = null;
 
   constructor(
     private readonly root: HTMLElement,
+    private readonly runId: number,
     private readonly session: ReviewSession,
     private readonly onGrade: (pose: Pose, grade: Grade, seconds: number) => void,
   ) {
-    this.viewer = new Viewer(
-      part(root, "viewer"),
-      (framing) => {
-        part(root, "framing").textContent = FRAMING_NAMES[framing];
+    this.acts = new ReviewActs(root, this.machine, {
+      onSelect: (id) => {
+        this.goTo(id);
       },
-      (sharpness) => {
-        part(root, "note").textContent =
-          sharpness === "failed"
-            ? "The photograph could not be loaded. Step away and back to try again."
-            : "Loading the photograph";
-      },
-    );
-    this.viewer.add(this.overlay);
-    new WheelZoom(this.viewer);
-    new PinchZoom(this.viewer);
-    new DragPan(this.viewer, (at) => {
-      const point = toImage(this.viewer.currentView(), at);
-      const pose = poseAt(this.posesHere(), point);
-      if (pose !== null) {
-        this.goTo(pose.id);
-      }
     });
-    this.panel = new FactsPanel(part(root, "panel"));
     this.strip = new DecisionStrip(part(root, "strip"), (id) => {
       this.goTo(id);
     });
-    this.layers = new LayersMenu(
-      part(root, "layers"),
-      part(root, "layers-opener"),
-      (layer, shown) => {
-        this.overlay.setLayer(layer, shown);
-      },
-    );
+  }
+
+  get viewer(): Viewer {
+    return this.acts.viewer;
   }
 
   act(action: Action): void {
@@ -98,7 +75,7 @@ export class ReviewScreen {
         this.viewer.setFraming(this.viewer.framing === "object" ? "image" : "object");
         return;
       case "layers":
-        this.layers.toggle();
+        this.acts.layers.toggle();
         return;
       case "help":
         this.openHelp();
@@ -110,7 +87,7 @@ export class ReviewScreen {
   }
 
   setPeek(peeking: boolean): void {
-    this.viewer.setOverlayHidden(peeking);
+    this.acts.setPeek(peeking);
   }
 
   /** Brings the page up to date with the session. */
@@ -122,32 +99,27 @@ export class ReviewScreen {
       return;
     }
     const grade = this.session.gradeOf(pose.id);
-    this.panel.show(pose, grade);
+    this.acts.show({
+      runId: this.runId,
+      image: pose.image,
+      poses: this.session.posesOfImage(pose.image.id),
+      pose,
+      grade,
+    });
     this.markGrade(grade);
     this.showPlace();
     if (this.shownId === pose.id) {
       return;
     }
     this.shownId = pose.id;
-    this.showPose(pose);
+    this.showAddress(pose);
     const { index, total } = this.session;
     part(this.root, "announcement").textContent = announcement(pose, grade, index, total);
     this.stopwatch.restart();
     prefetch(this.session, this.viewer);
   }
 
-  private showPose(pose: Pose): void {
-    const { image } = pose;
-    this.overlay.setPoses(this.posesHere().map(drawn), pose.id);
-    this.viewer.show(
-      {
-        previewUrl: image.preview_url,
-        fullUrl: image.file_url,
-        size: { width: image.width_px, height: image.height_px },
-        description: `Photograph ${image.file_name}, looking at ${vesselName(pose)}`,
-      },
-      extent(pose),
-    );
+  private showAddress(pose: Pose): void {
     const url = new URL(location.href);
     url.searchParams.set("pose", String(pose.id));
     history.replaceState(null, "", url);
@@ -167,11 +139,6 @@ export class ReviewScreen {
   private goTo(poseId: number): void {
     this.session.goTo(poseId);
     this.show();
-  }
-
-  private posesHere(): readonly Pose[] {
-    const image = this.session.current?.image;
-    return image === undefined ? [] : this.session.posesOfImage(image.id);
   }
 
   private markGrade(grade: Grade | null): void {
