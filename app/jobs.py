@@ -6,6 +6,7 @@ inside the transaction that stores what the job is about, and cancels; workers d
 """
 
 import os
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -29,6 +30,7 @@ log = structlog.get_logger()
 Result = TypeVar("Result")
 APPLICATION = "quaymark"
 LONGEST_REASON = 500
+NO_ROOM = "database or disk is full"  # SQLite's words for SQLITE_FULL
 # A fixed version: jobs begun before an upgrade go on after it.
 APPLICATION_VERSION = "1"
 os.environ.setdefault("DBOS__APPVERSION", APPLICATION_VERSION)
@@ -84,6 +86,20 @@ def make_job_engine(database_url: str) -> sa.Engine:
     return engine
 
 
+def wait_for_room(engine: sa.Engine) -> None:
+    """Make a worker on SQLite wait while the disk is full, as it waits for a Postgres that is.
+
+    The engine tries again what failed with its connection, and fails a job for anything else.
+    """
+
+    @sa.event.listens_for(engine, "handle_error")
+    def _full(context: sa.engine.ExceptionContext) -> None:
+        if NO_ROOM in str(context.original_exception):
+            log.warning("waiting for room on the disk", error=NO_ROOM)
+            context.is_disconnect = True
+            context.invalidate_pool_on_disconnect = False
+
+
 def migrate_job_tables(database_url: str) -> None:
     """Create or migrate the engine's own tables in the application's database."""
     DBOS.migrate(database_url)
@@ -135,9 +151,11 @@ class JobRunner:
 
     def __init__(self, database_url: str, executor_id: str, *, concurrency: int) -> None:
         self._engine = make_job_engine(database_url)
+        wait_for_room(self._engine)
         self._executor_id = executor_id
         self._concurrency = concurrency
         self._under_way: list[str] = []
+        self._leaving = threading.Event()
         self._idle: frozenset[str] = frozenset()
         self._is_sqlite = database_url.startswith("sqlite")
         config: DBOSConfig = {
@@ -189,6 +207,10 @@ class JobRunner:
                 on_conflict="always_update",
             )
 
+    def leave(self) -> None:
+        """Begin no further step: the process is about to end, and others resume its jobs."""
+        self._leaving.set()
+
     def destroy(self) -> None:
         """Stop taking jobs; what is under way is left to be resumed."""
         DBOS.destroy(workflow_completion_timeout_sec=0)
@@ -200,6 +222,8 @@ class JobRunner:
         The function computes first and touches `session()` last, because on SQLite the first
         writing statement takes the database's only writer's place until the step ends.
         """
+        if self._leaving.is_set():
+            threading.Event().wait()  # until the process ends
 
         def advance() -> Result:
             result = function(*arguments)
@@ -232,7 +256,7 @@ class JobRunner:
     def dropped(self, pending: Sequence[PendingJob]) -> frozenset[str]:
         """Return the ids of pending jobs that are this worker's and that it does nothing for.
 
-        The engine lets go of a job when not even its failure could be stored, as on a full disk.
+        The engine lets go of a job when not even its failure could be stored.
         Only what was so at the last call too is told: a job just taken has not begun yet.
         """
         own = {job.job_id for job in pending if job.executor_id == self._executor_id}

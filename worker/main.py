@@ -86,6 +86,7 @@ def _take_jobs(
     set_startup_aside()
     log.info("worker ready", executor_id=executor_id)
     presence.keep(stop, parent_pid)
+    runner.leave()
     _leave_in(STOP_GRACE_S)
     log.info("worker stops", executor_id=executor_id)
     presence.withdraw()

@@ -96,8 +96,8 @@ def test_a_stopped_workers_run_goes_on_elsewhere(
     database: Database, start_worker: StartWorker, make_viewport: MakeViewport, runs: Runs
 ) -> None:
     """At SIGTERM in mid-run a worker leaves with 0 and says so: nobody waits to take over."""
-    patient = {"QUAYMARK_TAKEOVER_AFTER_S": "3600", "QUAYMARK_IMAGES_PER_STEP": "2"}
-    run_id = runs.start(make_viewport(24))
+    patient = {"QUAYMARK_TAKEOVER_AFTER_S": "3600", "QUAYMARK_IMAGES_PER_STEP": "1"}
+    run_id = runs.start(make_viewport(60))
     first = start_worker(**patient)
     wait_until(lambda: runs.done(run_id) > 0, what="the first images")
     first.stop()
@@ -106,7 +106,7 @@ def test_a_stopped_workers_run_goes_on_elsewhere(
     assert live_pids(database) == set()
     start_worker(**patient)
     wait_until(runs.is_at(run_id, RunStatus.SUCCEEDED), what="the end of the run")
-    assert runs.done(run_id) == 24
+    assert runs.done(run_id) == 60
 
 
 @pytest.mark.parametrize("concurrency", [1, 2])
