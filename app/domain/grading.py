@@ -6,7 +6,6 @@ figures mean nothing once the meaning of Good has drifted.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
 
 GUIDELINE_VERSION = 1
 SHAPE_REASONS = ("position", "heading", "height", "size", "other")
@@ -61,14 +60,3 @@ def check_reasons(grade: str, reasons: Sequence[str]) -> None:
         if reason not in allowed:
             options = ", ".join(allowed) or "none"
             raise ValueError(f"{reason!r} does not go with {grade}; there are: {options}")
-
-
-def wilson_interval(successes: int, total: int, z: float = 1.959964) -> tuple[float, float]:
-    """Return the 95 % interval of a share (Wilson 1927), fractions of one; (0, 1) for none."""
-    if total == 0:
-        return 0.0, 1.0
-    share = successes / total
-    spread = z * sqrt(share * (1 - share) / total + z**2 / (4 * total**2))
-    middle = share + z**2 / (2 * total)
-    scale = 1 + z**2 / total
-    return max(0.0, (middle - spread) / scale), min(1.0, (middle + spread) / scale)

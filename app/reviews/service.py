@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from sqlalchemy.orm import Session
 
 from app.db import now
-from app.domain.grading import GUIDELINE_VERSION, check_reasons, wilson_interval
+from app.domain.grading import GUIDELINE_VERSION, check_reasons
+from app.domain.sampling import wilson_interval
 from app.errors import Invalid, NotFound
 from app.paging import Paging
 from app.reviews import repository
