@@ -121,7 +121,9 @@ class Match(Base):
 
     id: Mapped[int] = mapped_column(WideId, primary_key=True)
     run_id: Mapped[int] = mapped_column(sa.ForeignKey("runs.id", ondelete="CASCADE"), index=True)
-    detection_id: Mapped[int] = mapped_column(sa.ForeignKey("detections.id", ondelete="RESTRICT"))
+    detection_id: Mapped[int] = mapped_column(
+        sa.ForeignKey("detections.id", ondelete="RESTRICT"), index=True
+    )
     vessel_state_id: Mapped[int] = mapped_column(
         sa.ForeignKey("vessel_states.id", ondelete="CASCADE"), unique=True
     )
@@ -137,7 +139,8 @@ class Match(Base):
 class Pose(Base):
     """A generated 6D pose: never changed; people's verdicts and corrections stand beside it.
 
-    Rotations are Rodrigues vectors; corners are in the order of `app/domain/README.md`.
+    Rotations are Rodrigues vectors; corners are in the order of `app/domain/README.md`. A
+    `person_made` one was asked for by a person who saw which vessel an unmatched detection shows.
     """
 
     __tablename__ = "poses"
@@ -164,6 +167,7 @@ class Pose(Base):
     corrected_segment_px: Mapped[list[list[float]]] = mapped_column(Json)
     correction_in_enu_m: Mapped[list[float]] = mapped_column(Json)
     flags: Mapped[list[str]]
+    person_made: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
 
     image: Mapped[Image] = relationship()
     match: Mapped[Match] = relationship(lazy="joined")
