@@ -1,4 +1,4 @@
-"""Where the camera stands: perspective-n-point, refined to the last hundredth of a pixel.
+"""Where the camera stands: perspective-n-point, refined until nothing moves any more.
 
 A closed solution (SQPNP) inside RANSAC finds the camera in spite of wrong keypoints; a
 Levenberg-Marquardt refinement then minimises the reprojection error. Numbers stay small: the
@@ -13,17 +13,17 @@ centre (3, m in the world frame), then, if refined, the logarithm of the focal l
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from app.domain.arrays import FloatArray
 from app.domain.camera import Camera, Intrinsics
-from app.domain.distortion import distortion_jacobian
 from app.domain.keypoints import Keypoints
+from app.domain.least_squares import minimised
+from app.domain.projection import UNKNOWNS, Cameras, projection_jacobian
 from app.domain.rotations import matrix_from_rotvec
 
-_MAXIMUM_STEPS = 60
-_CONVERGED = 1e-10  # relative gain of a step: far below anything a keypoint can mean
-_EXACT = 1e-12  # squared sigmas: keypoints without any error leave nothing to gain
-_GIVING_UP = 1e12  # damping at which no step downhill is left
+_SETTLED_PX = 1e-10  # what the last step may still move: far below anything a pixel can mean
+_AT_ONCE = 20_000  # keypoints times fits that are held in memory together
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,29 +100,27 @@ def refine(
     With `refined_from` the focal length and k1 move too, held by the priors around those
     intrinsics; without it they stay. A start with points behind the camera comes back as it is.
     """
-    camera = start
-    residuals, J = _linearised(camera, keypoints, priors, refined_from)
-    cost, damping = float(residuals @ residuals), 1e-3
-    if not np.isfinite(cost):
-        return start
-    for _ in range(_MAXIMUM_STEPS):
-        normal, gradient = J.T @ J, J.T @ residuals
-        scale = np.diag(np.diag(normal)) + 1e-15 * np.eye(len(normal))
-        step = np.linalg.solve(normal + damping * scale, -gradient).astype(np.float64)
-        moved = _stepped(camera, step)
-        moved_residuals, moved_J = _linearised(moved, keypoints, priors, refined_from)
-        moved_cost = float(moved_residuals @ moved_residuals)
-        if moved_cost > cost or not np.isfinite(moved_cost):
-            damping *= 10
-            if damping > _GIVING_UP:
-                break
-            continue
-        settled = cost - moved_cost <= _CONVERGED * cost + _EXACT
-        camera, residuals, J, cost = moved, moved_residuals, moved_J, moved_cost
-        damping = max(damping / 10, 1e-12)
-        if settled:
-            break
-    return camera
+    used = np.ones((1, len(keypoints)), dtype=np.bool_)
+    return _refined(start, keypoints, used, priors, refined_from)[0]
+
+
+def refine_without_each(
+    start: Camera,
+    keypoints: Keypoints,
+    used: npt.NDArray[np.bool_],
+    priors: Priors,
+    refined_from: Intrinsics | None = None,
+) -> list[Camera]:
+    """Refine once without each of the `used` (n,) keypoints in turn, in their order."""
+    left_out = np.flatnonzero(used)
+    size = max(1, _AT_ONCE // max(len(keypoints), 1))
+    cameras: list[Camera] = []
+    for begin in range(0, len(left_out), size):
+        part = left_out[begin : begin + size]
+        chosen = np.tile(used, (len(part), 1))
+        chosen[np.arange(len(part)), part] = False
+        cameras += _refined(start, keypoints, chosen, priors, refined_from)
+    return cameras
 
 
 def parameter_covariance(
@@ -132,13 +130,14 @@ def parameter_covariance(
 
     From J^T J at the solution, scaled by the pixel variance that the residuals themselves show.
     """
-    measured, J = _linearised(camera, keypoints, priors, refined_from)
-    freedom = 2 * len(keypoints) - 6 - (0 if refined_from is None else 2)
-    pixels = measured[: 2 * len(keypoints)]
-    variance = float(pixels @ pixels) / max(freedom, 1)
+    problems = _Fits(keypoints, np.ones((1, len(keypoints)), dtype=np.bool_), priors, refined_from)
+    (measured,), (J,) = problems.linearised(Cameras.copies(camera, 1))
+    count = 2 * len(keypoints)
+    freedom = count - 6 - (0 if refined_from is None else 2)
+    variance = float(measured[:count] @ measured[:count]) / max(freedom, 1)
     # The priors keep their own sigmas: only the pixels' share is rescaled.
     weights = np.ones(len(measured))
-    weights[: 2 * len(keypoints)] = 1 / max(variance, 1e-12)
+    weights[:count] = 1 / max(variance, 1e-12)
     return np.asarray(np.linalg.inv(J.T @ (weights[:, None] * J)), dtype=np.float64)
 
 
@@ -151,69 +150,50 @@ def condition_number(camera: Camera, keypoints: Keypoints) -> float:
     return float(np.linalg.cond(J))
 
 
-def projection_jacobian(camera: Camera, points_in_world: FloatArray) -> FloatArray:
-    """Differentiate the pixels of points (n, 3) by the eight unknowns, (n, 2, 8)."""
-    in_cam = camera.to_cam(points_in_world)
-    x, y, z = in_cam.T
-    ideal = in_cam[:, :2] / z[:, None]
-    focal = camera.intrinsics.focal_px
-    zero = np.zeros_like(z)
-    normalising = np.stack(
-        [
-            np.column_stack([1 / z, zero, -x / z**2]),
-            np.column_stack([zero, 1 / z, -y / z**2]),
-        ],
-        axis=1,
-    )
-    by_cam = (
-        focal[:, None] * distortion_jacobian(camera.intrinsics.distortion, ideal)
-    ) @ normalising
-    # X_cam = exp(omega) R (X - C): by omega it is -[X_cam]_x, by C it is -R.
-    turned = np.stack(
-        [
-            np.column_stack([zero, z, -y]),
-            np.column_stack([-z, zero, x]),
-            np.column_stack([y, -x, zero]),
-        ],
-        axis=1,
-    )
-    jacobian: FloatArray = np.empty((len(in_cam), 2, 8))
-    jacobian[:, :, :3] = by_cam @ turned
-    jacobian[:, :, 3:6] = by_cam @ -camera.R_cam_from_world
-    pixels = camera.project(points_in_world)
-    jacobian[:, :, 6] = pixels - camera.intrinsics.principal_point_px
-    jacobian[:, :, 7] = focal * ideal * (ideal**2).sum(axis=1, keepdims=True)
-    return jacobian
+@dataclass(frozen=True, eq=False)
+class _Fits:
+    """One fit for each row of `used` (B, n): the same keypoints, some left out of each."""
+
+    keypoints: Keypoints
+    used: npt.NDArray[np.bool_]
+    priors: Priors
+    refined_from: Intrinsics | None
+
+    def linearised(self, cameras: Cameras) -> tuple[FloatArray, FloatArray]:
+        """All residuals (B, m) in units of their sigma, and their derivatives (B, m, 6 or 8)."""
+        pixels, J = cameras.project(self.keypoints.points_in_world)
+        count = len(cameras)
+        residuals = (pixels - self.keypoints.pixels_px) / self.priors.pixel_px
+        residuals[np.isnan(residuals)] = np.inf
+        residuals[~self.used], J[~self.used] = 0.0, 0.0
+        residuals, J = residuals.reshape(count, -1), J.reshape(count, -1, UNKNOWNS)
+        J /= self.priors.pixel_px
+        if self.refined_from is None:
+            return residuals, J[:, :, :6]
+        log_focal = np.log(cameras.focal_px[:, 0] / self.refined_from.K[0, 0])
+        k1 = cameras.distortion[:, 0] - self.refined_from.distortion[0]
+        held = np.zeros((count, 2, UNKNOWNS))
+        held[:, 0, 6], held[:, 1, 7] = 1 / self.priors.focal, 1 / self.priors.k1
+        known = np.column_stack([log_focal / self.priors.focal, k1 / self.priors.k1])
+        return np.concatenate([residuals, known], axis=1), np.concatenate([J, held], axis=1)
+
+    def moved(self, cameras: Cameras, steps: FloatArray) -> Cameras:
+        """Apply a step to each camera."""
+        return cameras.moved(steps)
+
+    def chosen(self, accepted: npt.NDArray[np.bool_], new: Cameras, old: Cameras) -> Cameras:
+        """Take the new cameras where they are better."""
+        return new.chosen(accepted, old)
 
 
-def _linearised(
-    camera: Camera, keypoints: Keypoints, priors: Priors, refined_from: Intrinsics | None
-) -> tuple[FloatArray, FloatArray]:
-    """Give all residuals in units of their sigma, and their derivatives."""
-    residuals = residuals_px(camera, keypoints).ravel() / priors.pixel_px
-    J = projection_jacobian(camera, keypoints.points_in_world).reshape(-1, 8) / priors.pixel_px
-    if refined_from is None:
-        return residuals, J[:, :6]
-    log_focal = np.log(camera.intrinsics.K[0, 0] / refined_from.K[0, 0])
-    k1 = camera.intrinsics.distortion[0] - refined_from.distortion[0]
-    held = np.zeros((2, 8))
-    held[0, 6], held[1, 7] = 1 / priors.focal, 1 / priors.k1
-    return (
-        np.concatenate([residuals, [log_focal / priors.focal, k1 / priors.k1]]),
-        np.vstack([J, held]),
-    )
-
-
-def _stepped(camera: Camera, step: FloatArray) -> Camera:
-    """Apply a step of 6 or 8 unknowns."""
-    intrinsics = camera.intrinsics
-    if len(step) == 8:
-        K, distortion = intrinsics.K.copy(), intrinsics.distortion.copy()
-        K[[0, 1], [0, 1]] *= np.exp(step[6])
-        distortion[0] += step[7]
-        intrinsics = Intrinsics(intrinsics.width_px, intrinsics.height_px, K, distortion)
-    return Camera(
-        intrinsics,
-        matrix_from_rotvec(step[:3]) @ camera.R_cam_from_world,
-        camera.center_in_world + step[3:6],
-    )
+def _refined(
+    start: Camera,
+    keypoints: Keypoints,
+    used: npt.NDArray[np.bool_],
+    priors: Priors,
+    refined_from: Intrinsics | None,
+) -> list[Camera]:
+    fits = _Fits(keypoints, used, priors, refined_from)
+    cameras = Cameras.copies(start, len(used))
+    found = minimised(fits, cameras, _SETTLED_PX / priors.pixel_px)
+    return [found.camera(index, start.intrinsics) for index in range(len(found))]

@@ -6,7 +6,6 @@ A fit error always looks better with fewer keypoints, so the error to trust is t
 keypoint against a fit without it (leave one out), beside the covariance.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -17,7 +16,7 @@ from app.domain.arrays import FloatArray
 from app.domain.camera import Camera, Intrinsics
 from app.domain.consensus import Consensus, find_consensus
 from app.domain.geodesy import EnuFrame, Geodetic
-from app.domain.homography import Homography, fit_homography, principal_axes, water_axes
+from app.domain.homography import Homography, fit_homographies, principal_axes, water_axes
 from app.domain.keypoints import (
     Keypoints,
     RegistrationError,
@@ -28,10 +27,11 @@ from app.domain.keypoints import (
 from app.domain.pnp import (
     Priors,
     condition_number,
+    distances_px,
     parameter_covariance,
-    projection_jacobian,
-    refine,
+    refine_without_each,
 )
+from app.domain.projection import projection_jacobian
 from app.domain.rotations import matrix_from_rotvec, rotvec_from_matrix
 
 _UNSURE_CENTER_M = 5.0  # one sigma: as much as an AIS position
@@ -187,27 +187,25 @@ def register_homography(
     """
     require_usable(keypoints, RegistrationSettings().minimum_points)
 
-    def fit(chosen: Keypoints) -> Homography | None:
-        if method is RegistrationMethod.HOMOGRAPHY_WATER:
-            return fit_homography(water_axes(), chosen)
-        return fit_homography(principal_axes(chosen.points_in_world), chosen)
-
-    homography = fit(keypoints)
+    axes = water_axes if method is RegistrationMethod.HOMOGRAPHY_WATER else principal_axes
+    everyone = np.ones((1, len(keypoints)), dtype=np.bool_)
+    all_but_one = ~np.eye(len(keypoints), dtype=np.bool_)
+    homography, *without = fit_homographies(axes, keypoints, np.vstack([everyone, all_but_one]))
     if homography is None:
         raise RegistrationError(
             "the keypoints lie on one line in the interim plane: mark landmarks beside it"
         )
-
-    def without(index: int) -> Callable[[FloatArray], FloatArray] | None:
-        refitted = fit(keypoints.without(index))
-        return None if refitted is None else refitted.project
-
+    left_out = np.full(len(keypoints), np.nan)
+    for index, refitted in enumerate(without):
+        if refitted is not None:
+            seen = refitted.project(keypoints.points_in_world[index : index + 1])[0]
+            left_out[index] = np.linalg.norm(seen - keypoints.pixels_px[index])
     return Registration(
         method=method,
         frame=frame,
         intrinsics=intrinsics,
         residuals_px=homography.project(keypoints.points_in_world) - keypoints.pixels_px,
-        leave_one_out_distances_px=_leave_one_out(keypoints, without),
+        leave_one_out_distances_px=left_out,
         inliers=np.ones(len(keypoints), dtype=np.bool_),
         warnings=spread_warnings(keypoints, intrinsics),
         homography=homography,
@@ -271,29 +269,14 @@ def water_point_sigma_px(registration: Registration, range_m: float, water_level
 
 def _leave_one_out_pnp(found: Consensus, keypoints: Keypoints, priors: Priors) -> FloatArray:
     """Refit without each inlier; an outlier was left out already."""
-
-    def without(index: int) -> Callable[[FloatArray], FloatArray]:
-        if not found.inliers[index]:
-            return found.camera.project
-        chosen = found.inliers.copy()
-        chosen[index] = False
-        return refine(found.camera, keypoints[chosen], priors, found.refined_from).project
-
-    return _leave_one_out(keypoints, without)
-
-
-def _leave_one_out(
-    keypoints: Keypoints, without: Callable[[int], Callable[[FloatArray], FloatArray] | None]
-) -> FloatArray:
-    """Distance of each keypoint (n,) from its projection by the fit `without` it."""
-    distances: FloatArray = np.full(len(keypoints), np.nan)
-    for index, (point, pixel) in enumerate(
-        zip(keypoints.points_in_world, keypoints.pixels_px, strict=True)
-    ):
-        project = without(index)
-        if project is not None:
-            distances[index] = np.linalg.norm(project(point[None])[0] - pixel)
-    return distances
+    distances = distances_px(found.camera, keypoints)
+    refitted = refine_without_each(
+        found.camera, keypoints, found.inliers, priors, found.refined_from
+    )
+    for index, camera in zip(np.flatnonzero(found.inliers), refitted, strict=True):
+        chosen = np.arange(len(keypoints)) == index
+        distances[index] = distances_px(camera, keypoints[chosen])[0]
+    return np.where(np.isfinite(distances), distances, np.nan)
 
 
 def _pnp_warnings(found: Consensus, keypoints: Keypoints, covariance: FloatArray) -> list[str]:

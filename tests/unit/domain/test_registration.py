@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from app.domain.camera import Camera, Intrinsics
 from app.domain.geodesy import EcefFrame, EnuFrame, Geodetic
 from app.domain.keypoints import Keypoints, RegistrationError, keypoints_in, spread_warnings
-from app.domain.pnp import Priors, projection_jacobian, refine
+from app.domain.pnp import Priors, refine
+from app.domain.projection import projection_jacobian
 from app.domain.registration import (
     Registration,
     RegistrationMethod,
@@ -217,6 +218,19 @@ def test_refinement_agrees_with_opencv() -> None:
     )
     theirs = -matrix_from_rotvec(np.ravel(rvec)).T @ np.ravel(tvec)
     np.testing.assert_allclose(ours.center_in_world, theirs, atol=1e-4)
+
+
+def test_the_refinement_ends_at_one_point_from_wherever_it_begins() -> None:
+    """Starts degrees and metres apart end within a billionth of a pixel, the lens refined too."""
+    truth = harbour_camera(lens(k1=-0.2))
+    keypoints = seen(truth, 40, 6)
+    ends = []
+    for turn, shift in ((0.0, 0.0), (0.02, 5.0), (-0.015, -3.0)):
+        R = matrix_from_rotvec([turn, turn, -turn]) @ truth.R_cam_from_world
+        start = Camera(lens(6600), R, truth.center_in_world + shift)
+        ends.append(refine(start, keypoints, Priors(), lens()).project(keypoints.points_in_world))
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ends[2], ends[0], rtol=0, atol=1e-9)
 
 
 @given(seed=st.integers(0, 10_000))
