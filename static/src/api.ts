@@ -32,6 +32,8 @@ export interface CallOptions {
   readonly json?: unknown;
   readonly form?: FormData;
   readonly idempotencyKey?: string;
+  /** The version that an edit began from; another one on the server refuses it with 412. */
+  readonly ifMatch?: number;
   /** The call outlives the page, within the browser's limits. */
   readonly keepalive?: boolean;
   readonly signal?: AbortSignal;
@@ -39,12 +41,23 @@ export interface CallOptions {
 
 /** Calls and returns the parsed body, null when there is none. Throws ApiProblem or Unreachable. */
 export async function call(url: string, options: CallOptions = {}): Promise<unknown> {
+  return (await callVersioned(url, options)).body;
+}
+
+/** As `call`, with the version of what was read or written (its ETag), null when it has none. */
+export async function callVersioned(
+  url: string,
+  options: CallOptions = {},
+): Promise<{ readonly body: unknown; readonly version: number | null }> {
   const headers = new Headers({ Accept: "application/json" });
   if (options.json !== undefined) {
     headers.set("Content-Type", "application/json");
   }
   if (options.idempotencyKey !== undefined) {
     headers.set("Idempotency-Key", options.idempotencyKey);
+  }
+  if (options.ifMatch !== undefined) {
+    headers.set("If-Match", `"${options.ifMatch}"`);
   }
   const body = options.json === undefined ? (options.form ?? null) : JSON.stringify(options.json);
   let response: Response;
@@ -63,7 +76,11 @@ export async function call(url: string, options: CallOptions = {}): Promise<unkn
     }
     throw new Unreachable("The server cannot be reached. Check the connection.", { cause: error });
   }
-  return response.ok ? readBody(response) : Promise.reject(await readProblem(response));
+  if (!response.ok) {
+    throw await readProblem(response);
+  }
+  const version = Number(response.headers.get("ETag")?.replaceAll(/["W/]/g, "") ?? Number.NaN);
+  return { body: await readBody(response), version: Number.isInteger(version) ? version : null };
 }
 
 async function readBody(response: Response): Promise<unknown> {
