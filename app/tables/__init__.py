@@ -15,6 +15,7 @@ from app.tables import (
     reviews,
     runs,
     sites,
+    water,
 )
 
 __all__ = [
@@ -32,4 +33,5 @@ __all__ = [
     "reviews",
     "runs",
     "sites",
+    "water",
 ]

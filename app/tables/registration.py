@@ -39,8 +39,10 @@ class Landmark(Base):
     lat_deg: Mapped[float]
     lon_deg: Mapped[float]
     height_m: Mapped[float]
+    version: Mapped[int] = mapped_column(default=1, server_default="1")
 
     __table_args__ = (sa.UniqueConstraint("site_id", "name"),)
+    __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
 
 
 class Keypoint(Base):

@@ -64,7 +64,11 @@ class Run(Base):
 
 
 class RunImage(Base):
-    """An image of a run; `done_at` is set in the transaction that stores what came of it."""
+    """An image of a run; `done_at` is set in the transaction that stores what came of it.
+
+    `water_level_m` (ellipsoidal) is the level its vessels were put on, and where that came from
+    (`WaterLevelSource`).
+    """
 
     __tablename__ = "run_images"
 
@@ -80,6 +84,8 @@ class RunImage(Base):
     )
     done_at: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(sa.Text)
+    water_level_m: Mapped[float | None]
+    water_level_source: Mapped[str | None] = mapped_column(sa.String(16))
 
     __table_args__ = (sa.Index("ix_run_images_position", "run_id", "position"),)
 
