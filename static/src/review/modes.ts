@@ -51,7 +51,7 @@ export class ModeMachine {
   private now: Mode;
 
   /** `usual` is the mode to which every other one returns. */
-  constructor(private readonly usual: Mode) {
+  constructor(readonly usual: Mode) {
     this.now = usual;
     this.add(usual);
   }
