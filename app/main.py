@@ -18,6 +18,7 @@ from app.config import Settings, get_settings
 from app.db import Database
 from app.detectors import pages as detector_pages
 from app.detectors import router as detectors
+from app.evaluation import router as evaluation
 from app.exports import pages as export_pages
 from app.exports import router as exports
 from app.imagery import pages as imagery_pages
@@ -35,7 +36,19 @@ from app.statics import mount_statics
 from app.storage import Storage
 
 API = "/api/v1"
-REST = (auth, admin, sites, registration, imagery, ais, detectors, runs, reviews, exports)
+REST = (
+    auth,
+    admin,
+    sites,
+    registration,
+    imagery,
+    ais,
+    detectors,
+    runs,
+    reviews,
+    evaluation,
+    exports,
+)
 PAGES = (
     auth_pages,
     admin_pages,

@@ -17,7 +17,7 @@ from decimal import ROUND_HALF_UP, Decimal
 from enum import StrEnum
 from typing import NamedTuple
 
-from app.domain.sampling import wilson_interval
+from app.domain.sampling import Share
 
 TOTAL = "total"
 NOT_GIVEN = "not_given"
@@ -60,24 +60,6 @@ LABELS: Mapping[RowName, str] = {
     RowName(Result.NO_MATCH, "cost_too_high"): "Has detection and AIS, but cost was too high",
 }
 FALSE_POSITIVE = RowName(Result.WRONG, "false_positive")
-
-
-@dataclass(frozen=True, slots=True)
-class Share:
-    """A part of a whole with its 95 % interval (Wilson); fractions of one, None of nothing."""
-
-    count: int
-    total: int
-
-    @property
-    def value(self) -> float | None:
-        """The share itself."""
-        return self.count / self.total if self.total else None
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Where the share of all such vessels lies, if vessels are independent of each other."""
-        return wilson_interval(self.count, self.total)
 
 
 @dataclass(frozen=True, slots=True)

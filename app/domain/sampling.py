@@ -5,6 +5,7 @@ how far it may be off and, unlike the textbook p plus or minus, stays sensible n
 good pipelines live. Turned around it says how many grades a wanted precision needs.
 """
 
+from dataclasses import dataclass
 from math import ceil, sqrt
 
 Z_95 = 1.959964
@@ -24,6 +25,24 @@ def wilson_half_width(share: float, total: float, z: float = Z_95) -> float:
     """Return half the width of Wilson's interval for a share seen in so many units."""
     inner = share * (1 - share) / total + z**2 / (4 * total**2)
     return z * sqrt(inner) / (1 + z**2 / total)
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """A part of a whole with its 95 % interval (Wilson); fractions of one, None of nothing."""
+
+    count: int
+    total: int
+
+    @property
+    def value(self) -> float | None:
+        """The share itself."""
+        return self.count / self.total if self.total else None
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the share among all such units lies, if they are independent of each other."""
+        return wilson_interval(self.count, self.total)
 
 
 def needed_total(
