@@ -32,6 +32,7 @@ from app.operation.harbour_site import HarbourChoice
 from app.operation.serving import listening_socket, make_server
 from app.runs import service as runs
 from app.storage import Storage
+from app.tables.detection import ModelStatus
 from app.tables.identity import Role
 from app.tables.runs import RunStatus
 
@@ -49,10 +50,13 @@ def run_demo(host: str, port: int, choice: HarbourChoice, *, leave: bool) -> Non
     schema.upgrade(database)
     passwords = _make_people(database)
     with _worker(settings):
+        storage = Storage(settings.storage_url)
+        detector = harbour_site.add_detector(database, storage, jobs)  # tried while we render
         place = harbour_site.find_complete(database, choice) or harbour_site.install(
-            database, Storage(settings.storage_url), settings, choice, _tell
+            database, storage, settings, choice, _tell
         )
-        run_ids = harbour_site.start_missing_runs(database, jobs, place, choice.detector_name)
+        _wait_for_detector(database, detector)
+        run_ids = harbour_site.start_missing_runs(database, jobs, place, detector)
         summary = _finish_runs(database, run_ids) + _against_truth(database, run_ids)
         _tell("", fleeting=True)
         typer.echo("\n".join(summary + _how_to_sign_in(passwords)))
@@ -111,6 +115,21 @@ def _worker(settings: Settings) -> Iterator[None]:
     finally:
         process.terminate()
         process.wait()
+
+
+def _wait_for_detector(database: Database, name: str) -> None:
+    """Wait until the worker has tried the detector. Raises AppError when it was refused."""
+    deadline = time.monotonic() + READY_WITHIN_S
+    while time.monotonic() < deadline:
+        with database.reading() as session:
+            status, reason = harbour_repository.detector_status(session, name)
+        if status is ModelStatus.READY:
+            return
+        if status is ModelStatus.REFUSED:
+            raise AppError(f"the detector {name!r} was refused: {reason}")
+        _tell("Trying the detector ...", fleeting=True)
+        time.sleep(0.1)
+    raise AppError("the worker does not try the detector; see worker.log in the data folder")
 
 
 def _finish_runs(database: Database, run_ids: list[int]) -> list[str]:

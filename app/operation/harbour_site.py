@@ -3,8 +3,8 @@
 Every part is looked for before it is made, so that an interrupted start is simply continued.
 """
 
+import hashlib
 import io
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -14,7 +14,8 @@ from sqlalchemy.orm import Session
 from app.ais.service import import_ais_file
 from app.config import Settings
 from app.db import Database
-from app.detectors.imported import import_coco_detections
+from app.detectors.service import add_model_file
+from app.errors import Conflict
 from app.imagery.service import Upload, store_image
 from app.jobs import JobClient
 from app.operation import harbour_repository as repository
@@ -22,11 +23,15 @@ from app.operation.harbour_rows import camera_in, jpeg, keypoints_in, site_in, t
 from app.registration import service as registration
 from app.registration.schemas import KeypointsIn, RegistrationIn, ViewportIn
 from app.runs.service import start_run
+from app.simulation import DETECTOR_FILE
 from app.simulation import harbour as simulation
 from app.simulation.viewports import Viewport as SimulatedViewport
 from app.sites import service as sites
 from app.storage import Storage
 from app.tables.sites import Camera, Site, Viewport
+
+DETECTOR_NAME = "Demo harbour (rendered scenes only)"
+RECORDING_NAME = "harbour.nmea"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +51,6 @@ class HarbourChoice:
         size = f"{self.width_px}x{self.height_px}"
         return f"Demo harbour, seed {self.seed}, {self.images} images of {size}"
 
-    @property
-    def detector_name(self) -> str:
-        """Return the name of its detections."""
-        return f"{self.site_name}: simulated detections"
-
 
 class Tell(Protocol):
     """Shows a person what is going on; what is fleeting is only shown where it can be replaced."""
@@ -69,14 +69,14 @@ class HarbourSite:
 
 
 def find_complete(database: Database, choice: HarbourChoice) -> HarbourSite | None:
-    """Return the demo harbour when all of it is there."""
+    """Return the demo harbour when all of it is there; its recording came in last."""
     with database.reading() as session:
         site = repository.simulated_site(session, choice.site_name)
         camera = repository.first_camera(session, site.id) if site else None
         if (
             site is None
             or camera is None
-            or not repository.has_detector(session, choice.detector_name)
+            or not repository.has_recording(session, site.id, RECORDING_NAME)
         ):
             return None
         viewports = repository.viewports(session, camera.id)
@@ -86,7 +86,10 @@ def find_complete(database: Database, choice: HarbourChoice) -> HarbourSite | No
 def install(
     database: Database, storage: Storage, settings: Settings, choice: HarbourChoice, tell: Tell
 ) -> HarbourSite:
-    """Render the harbour and store it: site, camera, viewports, images, AIS, detections, truth."""
+    """Render the harbour and store it: site, camera, viewports, images, truth, AIS.
+
+    Raises Conflict when an unfinished harbour of another version has the name.
+    """
     tell("Building the demo harbour ...")
     harbour = simulation.make_harbour(choice.seed, choice.images, choice.width_px, choice.height_px)
     with database.writing() as session:
@@ -95,29 +98,44 @@ def install(
     viewport_ids = [
         _viewport(database, camera.id, harbour, viewport) for viewport in harbour.camera.viewports
     ]
-    image_ids: dict[int, int] = {}
+    with database.reading() as session:
+        known = repository.names_of_images_with_truth(session, camera.id)
     for frame in harbour.frames:
+        if frame.name in known:
+            continue
         tell(f"Rendering image {frame.image_id} of {len(harbour.frames)} ...", fleeting=True)
         seen = frame.observe()
         upload = Upload(jpeg(seen.image), frame.name, frame.captured_at)
         image, _ = store_image(database, storage, settings, camera.id, upload)
-        image_ids[frame.image_id] = image.id
         with database.writing() as session:
             repository.replace_truth(session, image.id, truth_rows(image.id, seen.truth))
     recording = io.BytesIO(harbour.nmea_text().encode())
-    import_ais_file(database, storage, recording, site_id=site.id, file_name="harbour.nmea")
-    _import_detections(database, camera.id, harbour, image_ids, choice.detector_name)
+    import_ais_file(database, storage, recording, site_id=site.id, file_name=RECORDING_NAME)
     return HarbourSite(site.id, camera.id, viewport_ids)
+
+
+def add_detector(database: Database, storage: Storage, jobs: JobClient) -> str:
+    """Add the detector trained on rendered harbours, once; a worker tries it. Returns its name."""
+    content = hashlib.sha256(DETECTOR_FILE.read_bytes()).hexdigest()
+    with database.reading() as session:
+        known = repository.detector_of_content(session, content)
+        taken = repository.has_detector(session, DETECTOR_NAME)
+    if known is not None:
+        return known
+    # Another version's detector keeps its name: runs say by it what they used.
+    name = f"{DETECTOR_NAME}, {content[:8]}" if taken else DETECTOR_NAME
+    add_model_file(database, storage, jobs, DETECTOR_FILE, name=name, family="yolox")
+    return name
 
 
 def start_missing_runs(
     database: Database, jobs: JobClient, place: HarbourSite, detector: str
 ) -> list[int]:
-    """Start a run on each viewport that has none; returns the newest run of each viewport."""
+    """Start a run on each viewport that has none with the detector; returns each one's newest."""
     run_ids = []
     for viewport_id in place.viewport_ids:
         with database.writing() as session:
-            run_id = repository.newest_run(session, viewport_id)
+            run_id = repository.newest_run(session, viewport_id, detector)
             if run_id is None:
                 viewport = session.get_one(Viewport, viewport_id)
                 run_id = start_run(
@@ -134,9 +152,16 @@ def start_missing_runs(
 
 
 def _site(session: Session, harbour: simulation.Harbour, name: str) -> Site:
-    return repository.simulated_site(session, name) or sites.create_site(
-        session, site_in(harbour, name)
-    )
+    known = repository.simulated_site(session, name)
+    if known is None:
+        return sites.create_site(session, site_in(harbour, name))
+    origin = harbour.site.origin
+    if (known.origin_lat_deg, known.origin_lon_deg) != (origin.lat_deg, origin.lon_deg):
+        raise Conflict(
+            f"the site {name!r} is an unfinished harbour of another version of Quaymark; "
+            "make another one: quaymark demo --seed 2"
+        )
+    return known
 
 
 def _camera(session: Session, site: Site, harbour: simulation.Harbour) -> Camera:
@@ -172,28 +197,3 @@ def _viewport(
             asked = RegistrationIn.model_validate({"method": method})
             registration.register(database, viewport.id, asked)
     return viewport.id
-
-
-def _import_detections(
-    database: Database,
-    camera_id: int,
-    harbour: simulation.Harbour,
-    image_ids: dict[int, int],
-    name: str,
-) -> None:
-    results = [
-        {**result, "image_id": image_ids[int(str(result["image_id"]))]}
-        for result in harbour.coco_results()
-    ]
-    listed = {
-        "images": [
-            {"id": image_ids[frame.image_id], "file_name": frame.name} for frame in harbour.frames
-        ]
-    }
-    import_coco_detections(
-        database,
-        json.dumps(results).encode(),
-        name=name,
-        camera_id=camera_id,
-        images=json.dumps(listed).encode(),
-    )

@@ -9,3 +9,7 @@ Begin with `harbour.make_harbour`. From there: `scenery` and `structures` build 
 `transmissions` lets it speak AIS; `raster` turns faces into pixels, `painter` with `light`, `sky`,
 `water` and `wakes` makes a picture of them, `truth` and `detections` say what is in it.
 """
+
+from pathlib import Path
+
+DETECTOR_FILE = Path(__file__).with_name("harbour_yolox_nano.onnx")

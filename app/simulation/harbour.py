@@ -18,7 +18,7 @@ from app.domain.arrays import FloatArray, UInt8Array
 from app.domain.camera import Camera, Intrinsics
 from app.domain.detection import Detection
 from app.domain.geodesy import EnuFrame, Geodetic
-from app.simulation.detections import CocoResult, coco_results, detect
+from app.simulation.detections import detect
 from app.simulation.painter import Painter, ViewportScene
 from app.simulation.scenery import build_scenery
 from app.simulation.sessions import Session, capture_times_s, make_sessions, tide_m
@@ -149,10 +149,6 @@ class Harbour:
     def nmea_text(self) -> str:
         """Return the AIS recording as one text with a line break after each line."""
         return "".join(f"{line}\n" for line in self.nmea_lines())
-
-    def coco_results(self) -> list[CocoResult]:
-        """Return the simulated detections of all images as a COCO results list."""
-        return coco_results((frame.image_id, frame.detections) for frame in self.frames)
 
 
 def make_harbour(

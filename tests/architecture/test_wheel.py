@@ -133,3 +133,12 @@ def test_the_wheel_carries_no_tests_and_no_sources_of_the_front_end(wheel: Path)
     assert {top for top in tops if not top.endswith(".dist-info")} == {"app", "worker"}
     assert not [name for name in names if name.endswith(".ts") or "/src/" in name]
     assert any(name.endswith("licenses/LICENSE") for name in names)
+
+
+@pytest.mark.slow
+def test_the_wheel_carries_the_demo_harbours_detector_and_its_card(wheel: Path) -> None:
+    """The demo detects without the internet wherever it is installed."""
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+
+    assert {f"app/simulation/harbour_yolox_nano.{end}" for end in ("onnx", "md")} <= names

@@ -25,9 +25,11 @@ from app import schema
 from app.auth.authentication import SESSION_COOKIE
 from app.config import Settings
 from app.db import Database
-from app.operation import harbour_site
-from app.operation.harbour_site import HarbourChoice
+from app.jobs import JobClient
+from app.operation import harbour_repository, harbour_site
+from app.operation.harbour_site import DETECTOR_NAME, HarbourChoice
 from app.storage import Storage
+from app.tables.detection import ModelStatus
 from app.tables.identity import Role
 from tests.factories import identity
 from tests.worker_process import ROOT, WorkerProcess, wait_until
@@ -81,6 +83,9 @@ def installation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installat
         identity.make_user(session, Role.ADMIN, email=ADMIN)
     storage = Storage(settings.storage_url)
     harbour = harbour_site.install(database, storage, settings, HARBOUR, _say_nothing)
+    jobs = JobClient(settings.database_url)
+    harbour_site.add_detector(database, storage, jobs)
+    jobs.destroy()
 
     def start_worker() -> WorkerProcess:
         return WorkerProcess(settings, folder / "worker.log")
@@ -89,6 +94,7 @@ def installation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installat
         workers = [start_worker()]
         try:
             wait_until(lambda: _answers(f"{url}/readyz"), what="a server with a worker")
+            wait_until(lambda: _has_detector(database), what="a detector that was tried")
             yield Installation(url, database, harbour, start_worker, workers)
         finally:
             workers.pop().stop()
@@ -131,6 +137,11 @@ def _answers(url: str) -> bool:
             return answer.status == 200
     except OSError:
         return False
+
+
+def _has_detector(database: Database) -> bool:
+    with database.reading() as session:
+        return harbour_repository.detector_status(session, DETECTOR_NAME)[0] is ModelStatus.READY
 
 
 @pytest.fixture(scope="session")
@@ -245,7 +256,7 @@ def make_run(api: httpx2.Client, installation: Installation) -> MakeRun:
     def make(name: str = "") -> int:
         asked = {
             "viewport_id": installation.harbour.viewport_ids[0],
-            "detector": HARBOUR.detector_name,
+            "detector": DETECTOR_NAME,
             "preset": "paper",
             "name": name,
         }

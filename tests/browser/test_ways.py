@@ -9,6 +9,7 @@ import httpx2
 import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
+from app.operation.harbour_site import DETECTOR_NAME
 from tests.browser.conftest import HARBOUR, Complaints, Installation, MakeRun
 from tests.browser.review_page import ReviewPage
 from tests.factories.imagery import photograph
@@ -104,7 +105,7 @@ def start_on_form(page: Page, name: str) -> None:
     """Start a run on the harbour's first viewport by the form."""
     page.goto("/runs/new")
     page.get_by_label("Viewport").select_option(index=0)
-    page.get_by_label("Detector").select_option(HARBOUR.detector_name)
+    page.get_by_label("Detector").select_option(DETECTOR_NAME)
     page.get_by_label("Name (optional)").fill(name)
     page.get_by_role("button", name="Start the run").click()
     expect(page.get_by_role("heading", name=name)).to_be_visible()
