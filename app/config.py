@@ -45,6 +45,8 @@ class Settings(BaseSettings):
     max_ais_file_bytes: int = Field(1024 * 2**20, ge=1)
     max_image_pixels: int = Field(100_000_000, ge=1)
 
+    review_lease_s: float = Field(600, gt=0, description="How long a queue's item is held")
+
     worker_concurrency: int = Field(1, ge=1)
     detector_threads: int = Field(0, ge=0, description="0: as many as cores")
     detector_providers: list[str] = ["CPUExecutionProvider"]

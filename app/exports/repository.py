@@ -10,7 +10,7 @@ from app.paging import Paging, fetch_page
 from app.tables.ais import Vessel
 from app.tables.exports import Export, ExportStatus
 from app.tables.imagery import Image
-from app.tables.reviews import Grade, Review
+from app.tables.reviews import Grade, Review, verdict_order
 from app.tables.runs import Match, Pose, Run, VesselStateRow
 
 POSES_AT_ONCE = 500
@@ -83,7 +83,7 @@ class PoseSelection:
         if camera_id is not None:
             conditions.append(Image.camera_id == camera_id)
         if grades:
-            conditions.append(_newest_grade().in_([Grade(grade) for grade in grades]))
+            conditions.append(_standing_grade().in_([Grade(grade) for grade in grades]))
         self._conditions = conditions
 
     def _joined(self, statement: sa.Select[int]) -> sa.Select[int]:
@@ -123,7 +123,7 @@ class PoseSelection:
         return [(row[0], row[1]) for row in rows]
 
     def poses(self, session: Session) -> Iterator[tuple[Pose, Review | None]]:
-        """Give the selected poses with their newest standing verdicts, a few hundred at once.
+        """Give the selected poses with the verdicts that count, a few hundred at once.
 
         Of a pose, its match and its state only what files hold is loaded; of its image and run
         nothing, as `images` and `runs` give them.
@@ -138,25 +138,24 @@ class PoseSelection:
             found = session.scalars(
                 sa.select(Pose).options(*_NEEDED).where(Pose.id.in_(ids)).order_by(Pose.id)
             ).all()
-            reviews = {
-                review.pose_id: review
-                for review in session.scalars(
-                    sa.select(Review)
-                    .options(lazyload(Review.user))
-                    .where(Review.pose_id.in_(ids), Review.replaced_at.is_(None))
-                    .order_by(Review.id)
-                )
-            }
+            reviews: dict[int, Review] = {}
+            for review in session.scalars(
+                sa.select(Review)
+                .options(lazyload(Review.user))
+                .where(Review.pose_id.in_(ids), Review.replaced_at.is_(None))
+                .order_by(*verdict_order())
+            ):
+                reviews.setdefault(review.pose_id, review)
             for pose in found:
                 yield pose, reviews.get(pose.id)
             session.expunge_all()
 
 
-def _newest_grade() -> sa.ScalarSelect[Grade]:
+def _standing_grade() -> sa.ScalarSelect[Grade]:
     return (
         sa.select(Review.grade)
         .where(Review.pose_id == Pose.id, Review.replaced_at.is_(None))
-        .order_by(Review.id.desc())
+        .order_by(*verdict_order())
         .limit(1)
         .correlate(Pose)
         .scalar_subquery()

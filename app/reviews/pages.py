@@ -7,6 +7,9 @@ from fastapi import APIRouter, Request, Response
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import SessionDep
 from app.domain.grading import GUIDELINE, GUIDELINE_VERSION
+from app.errors import NotFound
+from app.ids import RowId
+from app.reviews import queues
 from app.runs import service as runs
 from app.templating import page
 
@@ -19,10 +22,13 @@ def review_run(
     run_id: int,
     session: SessionDep,
     access: Annotated[Access, allowed(Scope.REVIEW)],
+    queue: RowId | None = None,
 ) -> Response:
-    """Show the poses of a run to be graded, one after the other."""
+    """Show the poses of a run to be graded, one after the other; those of a queue where named."""
     run = runs.get_run(session, run_id)
     access.require(Scope.REVIEW, run.site_id)
+    if queue is not None and queues.get(session, queue).run_id != run_id:
+        raise NotFound(queues.NO_QUEUE)
     label = runs.label(run)
     return page(
         request,
@@ -34,6 +40,8 @@ def review_run(
         ],
         run_id=run_id,
         run_label=label,
+        queue_id=queue,
+        time_zone=run.viewport.camera.timezone,
         guideline=GUIDELINE,
         guideline_version=GUIDELINE_VERSION,
     )

@@ -1,4 +1,4 @@
-"""REST of poses and reviews."""
+"""REST of poses and of what people say of them, put together from its parts."""
 
 from typing import Annotated, Literal
 
@@ -6,17 +6,20 @@ from fastapi import APIRouter, Query, Response
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
+from app.auth.versions import set_etag
 from app.dependencies import PagingDep, SessionDep
+from app.errors import Invalid
 from app.ids import Mmsi, RowId
 from app.paging import Page
-from app.reviews import service
-from app.reviews.schemas import PoseOut, ReviewIn, ReviewOut
+from app.reviews import grade_router, queue_router, service
+from app.reviews.repository import PoseFilters
+from app.reviews.schemas import PoseOut
 
 router = APIRouter(tags=["poses and reviews"], route_class=IdempotentRoute)
 
 Reader = Annotated[Access, allowed(Scope.READ)]
-Reviewer = Annotated[Access, allowed(Scope.REVIEW)]
 GradeFilter = Literal["good", "ok", "bad", "wrong", "ungraded"]
+StateFilter = Literal["ungraded", "graded", "disagreement", "second_opinion", "settled"]
 
 
 @router.get("/poses")
@@ -27,53 +30,52 @@ def list_poses(
     run_id: RowId | None = None,
     image_id: RowId | None = None,
     mmsi: Mmsi | None = None,
-    grade: Annotated[GradeFilter | None, Query(description="The newest verdict")] = None,
+    grade: Annotated[GradeFilter | None, Query(description="The verdict that counts")] = None,
+    state: StateFilter | None = None,
+    reviewer: Annotated[
+        str | None, Query(max_length=20, description="A person's id who graded, or `me`")
+    ] = None,
+    bookmarked: Annotated[bool | None, Query(description="By the caller")] = None,
+    corrected: Annotated[bool | None, Query(description="By a person")] = None,
+    person_made: Annotated[bool | None, Query(description="Or generated")] = None,
+    flag: Annotated[str | None, Query(max_length=32, pattern=r"^[a-z_]+$")] = None,
 ) -> Page[PoseOut]:
-    """List poses with their newest verdicts."""
-    poses, cursor = service.list_poses(
-        session,
-        access.site_ids(Scope.READ),
-        paging,
+    """List poses with what people say of them."""
+    wanted = PoseFilters(
         run_id=run_id,
         image_id=image_id,
         mmsi=mmsi,
         grade=grade,
+        state=state,
+        reviewer_id=_reviewer(reviewer, access),
+        reader_id=access.user_id,
+        bookmarked=bookmarked,
+        corrected=corrected,
+        person_made=person_made,
+        flag=flag,
     )
+    poses, cursor = service.list_poses(session, access.site_ids(Scope.READ), paging, wanted)
     return Page(items=[PoseOut.of(pose) for pose in poses], next_cursor=cursor)
 
 
+def _reviewer(text: str | None, access: Access) -> int | None:
+    if text is None:
+        return None
+    if text == "me":
+        return access.user_id
+    if not (text.isascii() and text.isdigit()) or len(text) > 9:
+        raise Invalid.field("reviewer", "must be the id of a person, or `me`")
+    return int(text)
+
+
 @router.get("/poses/{pose_id}")
-def get_pose(pose_id: int, session: SessionDep, access: Reader) -> PoseOut:
-    """Return a pose with what it was made of."""
+def get_pose(pose_id: int, session: SessionDep, access: Reader, response: Response) -> PoseOut:
+    """Return a pose with what it was made of; its ETag is the version of its correction."""
     access.require(Scope.READ, service.site_of_pose(session, pose_id))
-    return PoseOut.of(service.get_pose(session, pose_id))
+    reviewed = service.get_pose(session, pose_id, access.user_id)
+    set_etag(response, reviewed.beside.correction_version)
+    return PoseOut.of(reviewed)
 
 
-@router.get("/poses/{pose_id}/reviews")
-def list_reviews(pose_id: int, session: SessionDep, access: Reader) -> Page[ReviewOut]:
-    """List all verdicts on a pose, replaced ones too."""
-    access.require(Scope.READ, service.site_of_pose(session, pose_id))
-    return Page(items=[ReviewOut.of(review) for review in service.reviews_of(session, pose_id)])
-
-
-@router.post("/poses/{pose_id}/reviews", status_code=201)
-def grade_pose(
-    pose_id: int,
-    body: ReviewIn,
-    session: SessionDep,
-    access: Reviewer,
-    response: Response,
-) -> ReviewOut:
-    """Grade a pose; grading again replaces one's own verdict."""
-    access.require(Scope.REVIEW, service.site_of_pose(session, pose_id))
-    review = service.grade_pose(
-        session,
-        pose_id,
-        access.user_id,
-        grade=body.grade,
-        reasons=body.reasons,
-        comment=body.comment,
-        seconds=body.seconds,
-    )
-    response.headers["Location"] = f"/api/v1/poses/{pose_id}/reviews"
-    return ReviewOut.of(review, user=access.name or access.email)
+for part in (grade_router, queue_router):
+    router.include_router(part.router)

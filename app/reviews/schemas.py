@@ -1,15 +1,24 @@
 """Shapes of poses and reviews in REST."""
 
 from datetime import datetime
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.ids import LARGEST_WIDE_ID, RowId
 from app.reviews.service import ReviewedPose
+from app.tables.ais import Vessel
 from app.tables.imagery import Image
-from app.tables.reviews import Grade, Review
+from app.tables.reviews import Correction, CorrectionKind, Grade, Review
 
-Reason = Annotated[str, Field(max_length=32)]
+Reasons = Annotated[list[Annotated[str, Field(max_length=32)]], Field(max_length=10)]
+CommentText = Annotated[str, Field(max_length=4000, pattern=r"^[^\x00]*$")]
+Decision = Annotated[
+    str,
+    Field(min_length=1, max_length=200, pattern=r"^[^\x00/]+$", description="The client's name"),
+]
+Seconds = Annotated[float, Field(ge=0, le=86400, allow_inf_nan=False, description="Time it took")]
+WideId = Annotated[int, Field(ge=1, le=LARGEST_WIDE_ID)]
 Pixels = list[list[float] | None]
 PREVIEW_WIDTH_PX = 1280
 
@@ -27,11 +36,37 @@ class ReviewIn(BaseModel):
     )
 
     grade: Grade
-    reasons: Annotated[list[Reason], Field(max_length=10)] = []
-    comment: Annotated[str | None, Field(max_length=4000, pattern=r"^[^\x00]*$")] = None
-    seconds: Annotated[
-        float | None, Field(ge=0, le=86400, allow_inf_nan=False, description="Time it took")
+    reasons: Reasons = []
+    comment: CommentText | None = None
+    seconds: Seconds | None = None
+    decision: Decision | None = None
+    settle: Annotated[
+        bool, Field(description="End a disagreement: this verdict counts from now on")
+    ] = False
+
+
+class RestIn(BaseModel):
+    """One verdict on what is left of an image."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    run_id: RowId
+    grade: Literal[Grade.GOOD] = Grade.GOOD
+    pose_ids: Annotated[
+        list[WideId] | None,
+        Field(max_length=500, description="Left out: all that nobody has graded"),
     ] = None
+    decision: Decision | None = None
+    seconds: Seconds | None = None
+
+
+class WordsIn(BaseModel):
+    """Reasons or a comment for a decision made before; what is left out stays."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    reasons: Reasons | None = None
+    comment: CommentText | None = None
 
 
 class ReviewOut(BaseModel):
@@ -46,8 +81,13 @@ class ReviewOut(BaseModel):
     guideline_version: int
     inherited: bool
     user: str | None
+    user_id: int | None
+    decision: str | None
+    second_opinion: bool
+    settles: bool
     created_at: datetime
     replaced_at: datetime | None
+    withdrawn_at: datetime | None
 
     @classmethod
     def of(cls, review: Review, user: str | None = None) -> "ReviewOut":
@@ -62,9 +102,47 @@ class ReviewOut(BaseModel):
             guideline_version=review.guideline_version,
             inherited=review.inherited_from_id is not None,
             user=user or (review.user.name or review.user.email if review.user else None),
+            user_id=review.user_id,
+            decision=review.decision,
+            second_opinion=review.second_opinion,
+            settles=review.settles,
             created_at=review.created_at,
             replaced_at=review.replaced_at,
+            withdrawn_at=review.withdrawn_at,
         )
+
+
+class DecisionOut(BaseModel):
+    """What was said in one stroke; `skipped` are the poses that were judged already."""
+
+    decision: str
+    reviews: list[ReviewOut]
+    skipped: list[int] = []
+
+
+class PoseVerdicts(BaseModel):
+    """What stands for a pose after something was taken back: the caller's own, and in all."""
+
+    pose_id: int
+    mine: ReviewOut | None
+    review: ReviewOut | None
+
+    @classmethod
+    def of(cls, reviewed: ReviewedPose) -> "PoseVerdicts":
+        """Take what stands for a pose."""
+        mine, review = reviewed.mine, reviewed.review
+        return cls(
+            pose_id=reviewed.pose.id,
+            mine=ReviewOut.of(mine) if mine else None,
+            review=ReviewOut.of(review) if review else None,
+        )
+
+
+class WithdrawnOut(BaseModel):
+    """A decision that was taken back, and what stands now."""
+
+    decision: str
+    poses: list[PoseVerdicts]
 
 
 class PoseImage(BaseModel):
@@ -102,6 +180,15 @@ class PoseVessel(BaseModel):
     name: str | None
     ship_type: int | None
 
+    @classmethod
+    def of(cls, mmsi: int, vessel: Vessel | None) -> "PoseVessel":
+        """Tell what is known of a vessel."""
+        return cls(
+            mmsi=mmsi,
+            name=vessel.name if vessel else None,
+            ship_type=vessel.ship_type if vessel else None,
+        )
+
 
 class PoseDetection(BaseModel):
     """The box a pose was fitted to, px."""
@@ -130,8 +217,94 @@ class Segments(BaseModel):
     corrected: Pixels
 
 
+class LocalBox(BaseModel):
+    """An upright box: the centre of its bottom from a place, east, north and up; its heading."""
+
+    east_m: float
+    north_m: float
+    up_m: float
+    heading_deg: float
+    length_m: float
+    width_m: float
+    height_m: float
+
+
+class CorrectionOut(BaseModel):
+    """A pose as a person would have it; `box` is left out in lists."""
+
+    id: int
+    pose_id: int
+    version: int
+    kind: CorrectionKind
+    user: str | None
+    user_id: int | None
+    created_at: datetime
+    deleted_at: datetime | None
+    comment: str | None
+    mmsi: int
+    vessel: PoseVessel | None
+    box: LocalBox | None
+    lat_deg: float
+    lon_deg: float
+    base_height_m: float
+    center_height_m: float
+    heading_deg: float
+    length_m: float
+    width_m: float
+    height_m: float
+    centroid_in_cam_m: list[float]
+    rotvec_cam_from_vessel: list[float]
+    corners_in_image_px: Pixels
+    cost: float | None
+    cost_terms: dict[str, Any] | None
+    flags: list[str]
+
+    @classmethod
+    def of(
+        cls,
+        correction: Correction,
+        *,
+        vessel: PoseVessel | None = None,
+        box: LocalBox | None = None,
+    ) -> "CorrectionOut":
+        """Take the columns of a correction."""
+        user = correction.user
+        return cls(
+            id=correction.id,
+            pose_id=correction.pose_id,
+            version=correction.version,
+            kind=correction.kind,
+            user=user.name or user.email if user else None,
+            user_id=correction.user_id,
+            created_at=correction.created_at,
+            deleted_at=correction.deleted_at,
+            comment=correction.comment,
+            mmsi=correction.mmsi,
+            vessel=vessel,
+            box=box,
+            lat_deg=correction.lat_deg,
+            lon_deg=correction.lon_deg,
+            base_height_m=correction.base_height_m,
+            center_height_m=correction.center_height_m,
+            heading_deg=correction.heading_deg,
+            length_m=correction.length_m,
+            width_m=correction.width_m,
+            height_m=correction.height_m,
+            centroid_in_cam_m=correction.centroid_in_cam_m,
+            rotvec_cam_from_vessel=correction.rotvec_cam_from_vessel,
+            corners_in_image_px=list(correction.corners_in_image_px),
+            cost=correction.cost,
+            cost_terms=correction.cost_terms,
+            flags=correction.flags,
+        )
+
+
 class PoseOut(BaseModel):
-    """A generated 6D pose with what it was made of and the newest verdict on it."""
+    """A generated 6D pose with what it was made of and what people say of it.
+
+    `review` is the verdict that counts, `mine` the caller's own; the generated values stay as they
+    are beside a `correction`, whose version is the ETag of the pose.
+    """
 
     id: int
     run_id: int
@@ -154,22 +327,27 @@ class PoseOut(BaseModel):
     report_age_s: float
     speed_kn: float
     flags: list[str]
+    person_made: bool
     review: ReviewOut | None
+    mine: ReviewOut | None
+    opinions: int
+    disagreement: bool
+    bookmarked: bool
+    comments: int
+    correction: CorrectionOut | None
+    correction_version: int
 
     @classmethod
     def of(cls, reviewed: ReviewedPose) -> "PoseOut":
         """Put a pose, its match and its verdict together."""
         pose, vessel, review = reviewed.pose, reviewed.vessel, reviewed.review
+        mine, correction, beside = reviewed.mine, reviewed.correction, reviewed.beside
         box, state = pose.match.detection, pose.match.vessel_state
         return cls(
             id=pose.id,
             run_id=pose.run_id,
             image=PoseImage.of(pose.image),
-            vessel=PoseVessel(
-                mmsi=pose.mmsi,
-                name=vessel.name if vessel else None,
-                ship_type=vessel.ship_type if vessel else None,
-            ),
+            vessel=PoseVessel.of(pose.mmsi, vessel),
             detection=PoseDetection(
                 id=box.id,
                 x1_px=box.x1_px,
@@ -200,5 +378,13 @@ class PoseOut(BaseModel):
             report_age_s=state.age_s,
             speed_kn=state.speed_kn,
             flags=pose.flags,
+            person_made=pose.person_made,
             review=ReviewOut.of(review) if review else None,
+            mine=ReviewOut.of(mine) if mine else None,
+            opinions=len(reviewed.reviews),
+            disagreement=reviewed.disagreement,
+            bookmarked=beside.bookmarked,
+            comments=beside.comments,
+            correction=CorrectionOut.of(correction) if correction else None,
+            correction_version=beside.correction_version,
         )

@@ -1,32 +1,52 @@
-"""Reviews: a person's verdict on a generated pose.
-
-A verdict never changes: grading again puts a new one in the place of the person's last, and the
-old one stays readable. Another person's verdict stands beside it as a second opinion.
-"""
+"""Poses with what people say of them, and what that comes to for a run."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy.orm import Session
 
-from app.db import now
-from app.domain.grading import GUIDELINE_VERSION, check_reasons
 from app.domain.sampling import wilson_interval
-from app.errors import Invalid, NotFound
+from app.errors import NotFound
 from app.paging import Paging
-from app.reviews import repository
+from app.reviews import correction_repository, repository
+from app.reviews.repository import Beside, PoseFilters
 from app.tables.ais import Vessel
-from app.tables.reviews import Grade, Review
+from app.tables.imagery import Image
+from app.tables.reviews import Correction, Grade, Review
 from app.tables.runs import Pose
 
 
 @dataclass(frozen=True, slots=True)
 class ReviewedPose:
-    """A pose, the vessel it is of, and the newest standing verdict on it."""
+    """A pose, the vessel it is of, and what people say of it.
+
+    `reviews` are the standing ones, the one that counts first; `correction` the one that counts;
+    `beside` is as the reader sees it.
+    """
 
     pose: Pose
     vessel: Vessel | None
-    review: Review | None
+    reviews: Sequence[Review]
+    correction: Correction | None
+    beside: Beside
+    reader_id: int | None
+
+    @property
+    def review(self) -> Review | None:
+        """The verdict that stands for the pose."""
+        return self.reviews[0] if self.reviews else None
+
+    @property
+    def mine(self) -> Review | None:
+        """The reader's own standing verdict."""
+        own = (review for review in self.reviews if review.user_id == self.reader_id)
+        return next(own, None) if self.reader_id is not None else None
+
+    @property
+    def disagreement(self) -> bool:
+        """Whether people differ and nobody settled it."""
+        differ = len({review.grade for review in self.reviews}) > 1
+        return differ and not any(review.settles for review in self.reviews)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,68 +70,75 @@ def site_of_pose(session: Session, pose_id: int) -> int:
     return site_id
 
 
-def get_pose(session: Session, pose_id: int) -> ReviewedPose:
-    """Return a pose with its vessel and verdict. Raises NotFound."""
+def get_pose(session: Session, pose_id: int, reader_id: int | None = None) -> ReviewedPose:
+    """Return a pose with its vessel and verdicts. Raises NotFound."""
     pose = repository.pose(session, pose_id)
     if pose is None:
         raise NotFound("there is no such pose")
-    return _with_verdicts(session, [pose])[0]
+    return with_verdicts(session, [pose], reader_id)[0]
 
 
 def list_poses(
     session: Session,
     site_ids: frozenset[int] | None,
     paging: Paging,
-    *,
-    run_id: int | None = None,
-    image_id: int | None = None,
-    mmsi: int | None = None,
-    grade: str | None = None,
+    wanted: PoseFilters,
 ) -> tuple[list[ReviewedPose], str | None]:
     """Return a page of poses with their vessels and verdicts."""
-    poses, cursor = repository.poses(
-        session, site_ids, paging, run_id=run_id, image_id=image_id, mmsi=mmsi, grade=grade
-    )
-    return _with_verdicts(session, poses), cursor
+    poses, cursor = repository.poses(session, site_ids, paging, wanted)
+    return with_verdicts(session, poses, wanted.reader_id), cursor
 
 
-def _with_verdicts(session: Session, poses: Sequence[Pose]) -> list[ReviewedPose]:
-    reviews = repository.current_reviews(session, [pose.id for pose in poses])
+def poses_by_id(
+    session: Session, pose_ids: Sequence[int], reader_id: int | None
+) -> Mapping[int, ReviewedPose]:
+    """Return some poses with their vessels and verdicts."""
+    poses = repository.poses_by_id(session, pose_ids)
+    return {found.pose.id: found for found in with_verdicts(session, poses, reader_id)}
+
+
+def poses_of_images(
+    session: Session, run_id: int, image_ids: Sequence[int], reader_id: int | None
+) -> Mapping[int, list[ReviewedPose]]:
+    """Return the poses of each of some images in a run, in order."""
+    found: dict[int, list[ReviewedPose]] = {image_id: [] for image_id in image_ids}
+    poses = repository.poses_of_images(session, run_id, image_ids)
+    for reviewed in with_verdicts(session, poses, reader_id):
+        found[reviewed.pose.image_id].append(reviewed)
+    return found
+
+
+def images_by_id(session: Session, image_ids: Sequence[int]) -> Mapping[int, Image]:
+    """Return some images."""
+    return repository.images_by_id(session, image_ids)
+
+
+def with_verdicts(
+    session: Session, poses: Sequence[Pose], reader_id: int | None
+) -> list[ReviewedPose]:
+    """Put poses together with what stands beside them."""
+    ids = [pose.id for pose in poses]
+    reviews = repository.standing_reviews(session, ids)
     vessels = repository.vessels(session, (pose.mmsi for pose in poses))
-    return [ReviewedPose(pose, vessels.get(pose.mmsi), reviews.get(pose.id)) for pose in poses]
+    beside = repository.beside(session, ids, reader_id)
+    corrected = [pose_id for pose_id, notes in beside.items() if notes.correction_version]
+    corrections = correction_repository.counting(session, corrected) if corrected else {}
+    return [
+        ReviewedPose(
+            pose,
+            vessels.get(pose.mmsi),
+            reviews.get(pose.id, ()),
+            corrections.get(pose.id),
+            beside[pose.id],
+            reader_id,
+        )
+        for pose in poses
+    ]
 
 
 def reviews_of(session: Session, pose_id: int) -> Sequence[Review]:
     """Return all verdicts on a pose, replaced ones too, oldest first."""
     return repository.reviews_of(session, pose_id)
-
-
-def grade_pose(
-    session: Session,
-    pose_id: int,
-    user_id: int,
-    *,
-    grade: Grade,
-    reasons: Sequence[str] = (),
-    comment: str | None = None,
-    seconds: float | None = None,
-) -> Review:
-    """Store a person's verdict. Raises Invalid naming `reasons` where they do not fit the grade."""
-    try:
-        check_reasons(grade, reasons)
-    except ValueError as error:
-        raise Invalid.field("reasons", str(error)) from error
-    review = Review(
-        pose_id=pose_id,
-        user_id=user_id,
-        grade=grade,
-        reasons=list(dict.fromkeys(reasons)),
-        comment=comment or None,
-        seconds=seconds,
-        guideline_version=GUIDELINE_VERSION,
-    )
-    repository.replace_review(session, review, now())
-    return review
 
 
 def verdicts(session: Session, run_id: int) -> Verdicts:

@@ -9,7 +9,10 @@ from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.exports import Export
 from app.tables.groundtruth import GroundTruthBox, VesselClass
 from app.tables.imagery import CaptureTimeSource, Image
+from app.tables.notes import Comment
+from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue
 from app.tables.registration import Landmark, Registration, RegistrationMethod
+from app.tables.reviews import MissedReason, MissedVessel
 from app.tables.runs import Match, Pose, Run, RunImage, VesselStateRow
 from app.tables.sites import Camera, Site, Viewport
 
@@ -159,13 +162,37 @@ def _run(
     session.add_all([detection, run, export])
     session.flush()
     pose = _pose(session, run, image, detection, mmsi)
-    return {
+    return _reviewing(session, run, image, pose, marker) | {
         "model_id": model.id,
         "registration_id": registration.id,
         "run_id": run.id,
         "export_id": export.id,
         "pose_id": pose.id,
         "detection_id": detection.id,
+    }
+
+
+def _reviewing(session: Session, run: Run, image: Image, pose: Pose, marker: str) -> dict[str, int]:
+    queue = ReviewQueue(run_id=run.id, unit=QueueUnit.POSE, order=QueueOrder.TIME, double=False)
+    missed = MissedVessel(
+        image_id=image.id,
+        run_id=run.id,
+        x1_px=1.0,
+        y1_px=1.0,
+        x2_px=2.0,
+        y2_px=2.0,
+        reason=MissedReason.NO_AIS,
+        comment=f"{marker} barge",
+    )
+    comment = Comment(image_id=image.id, pose_id=pose.id, text=f"{marker} comment")
+    session.add_all([queue, missed, comment])
+    session.flush()
+    # A decision is known by the name its maker gave it: to others any name is unknown.
+    return {
+        "queue_id": queue.id,
+        "missed_id": missed.id,
+        "comment_id": comment.id,
+        "decision_name": 1,
     }
 
 

@@ -10,7 +10,8 @@ from starlette.testclient import TestClient
 from app.auth.access import Scope
 from app.db import Database
 from app.domain.grading import GUIDELINE_VERSION
-from app.reviews import service
+from app.reviews import grading, service
+from app.reviews.grading import Verdict
 from app.tables.identity import User
 from app.tables.reviews import Grade, Review
 from app.tables.runs import Pose
@@ -186,10 +187,10 @@ def test_who_only_looks_does_not_grade(
         assert reviews(client, pose_id) == []
 
 
-def test_verdicts_are_summed_up_by_the_newest(
+def test_verdicts_are_summed_up_by_those_that_count(
     database: Database, harbour: Harbour, make_user: Callable[..., User]
 ) -> None:
-    """A run's summary counts each pose once, at its newest verdict, with both shares."""
+    """A run's summary counts each pose once; a second opinion does not overrule the first."""
     ada, ben = make_user("reviewer"), make_user("reviewer")
     with database.writing() as session:
         run, other = make_run(session, harbour, [4]), make_run(session, harbour, [1])
@@ -201,15 +202,15 @@ def test_verdicts_are_summed_up_by_the_newest(
             (ben, poses[1], Grade.OK),
             (ada, poses[2], Grade.BAD),
         ):
-            service.grade_pose(session, pose, person.id, grade=grade)
+            grading.grade_pose(session, pose, person.id, Verdict(grade=grade))
     with database.reading() as session:
         found = service.verdicts_by_run(session, [run.id, other.id])
     verdicts = found[run.id]
     assert (verdicts.poses, verdicts.graded) == (4, 3)
-    assert verdicts.counts == {Grade.GOOD: 1, Grade.OK: 1, Grade.BAD: 1}
-    assert verdicts.good == pytest.approx(1 / 3)
+    assert verdicts.counts == {Grade.GOOD: 2, Grade.BAD: 1}
+    assert verdicts.good == pytest.approx(2 / 3)
     assert verdicts.acceptable == pytest.approx(2 / 3)
-    assert verdicts.good_interval[0] < 1 / 3 < verdicts.good_interval[1]
+    assert verdicts.good_interval[0] < 2 / 3 < verdicts.good_interval[1]
     assert (found[other.id].poses, found[other.id].good) == (1, None)
 
 
@@ -220,7 +221,7 @@ def test_a_person_who_leaves_takes_no_verdict_along(
     people = [make_user("reviewer"), make_user("reviewer")]
     with database.writing() as session:
         for person in people:
-            service.grade_pose(session, pose_id, person.id, grade=Grade.GOOD)
+            grading.grade_pose(session, pose_id, person.id, Verdict(grade=Grade.GOOD))
     with database.writing() as session:
         session.execute(sa.delete(User).where(User.id.in_([person.id for person in people])))
     left = reviews(client, pose_id)

@@ -1,0 +1,355 @@
+"""SQL of review queues: making them, taking leases, giving them back.
+
+On SQLite one writing transaction at a time sees and takes what is free. On Postgres rows that
+somebody else is just taking are skipped; with double review the queue itself is locked, because a
+person must not take both halves of the same work in two windows at once.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session, aliased
+
+from app.db import find
+from app.paging import Paging, fetch_page
+from app.tables.imagery import Image
+from app.tables.queues import QueueOrder, ReviewQueue, ReviewQueueItem
+from app.tables.reviews import ImageCompletion, Review, verdict_order
+from app.tables.runs import Match, Pose, Run, RunImage
+
+_OPEN = ReviewQueueItem.done_at.is_(None)
+_STANDING = Review.replaced_at.is_(None)
+ROWS_AT_ONCE = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class ItemState:
+    """Where an item stands, with what its queue says of it."""
+
+    id: int
+    queue_id: int
+    position: int
+    user_id: int | None
+    leased_until: datetime | None
+    done_at: datetime | None
+    order: QueueOrder
+    double: bool
+
+    @property
+    def done(self) -> bool:
+        """Whether the work is done."""
+        return self.done_at is not None
+
+    def is_held(self, at: datetime) -> bool:
+        """Whether somebody holds it at a moment."""
+        return (
+            self.user_id is not None and self.leased_until is not None and self.leased_until >= at
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """Something that can be put into a queue: an image, or a pose in it."""
+
+    image_id: int
+    pose_id: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """How many items there are, and of whom."""
+
+    total: int
+    done: int
+    leased: int
+    mine_done: int
+    mine_leased: int
+    units: int
+    units_open: int
+
+
+def get(session: Session, queue_id: int) -> ReviewQueue | None:
+    """Return a queue."""
+    return find(session, ReviewQueue, queue_id, sa.orm.joinedload(ReviewQueue.run))
+
+
+def listed(
+    session: Session, site_ids: Iterable[int] | None, run_id: int | None, paging: Paging
+) -> tuple[Sequence[ReviewQueue], str | None]:
+    """Return a page of the queues of some sites (None: all)."""
+    statement = sa.select(ReviewQueue).join(ReviewQueue.run)
+    if site_ids is not None:
+        statement = statement.where(Run.site_id.in_(site_ids))
+    if run_id is not None:
+        statement = statement.where(ReviewQueue.run_id == run_id)
+    return fetch_page(session, statement, ReviewQueue.id, paging)
+
+
+def alike(session: Session, queue: ReviewQueue) -> ReviewQueue | None:
+    """Return the newest queue of the same run with the same choices."""
+    return session.scalars(
+        sa.select(ReviewQueue)
+        .where(
+            ReviewQueue.run_id == queue.run_id,
+            ReviewQueue.unit == queue.unit,
+            ReviewQueue.order == queue.order,
+            ReviewQueue.double == queue.double,
+            ReviewQueue.sample.is_not_distinct_from(queue.sample),
+            *([] if queue.seed is None else [ReviewQueue.seed == queue.seed]),
+        )
+        .order_by(ReviewQueue.id.desc())
+        .limit(1)
+    ).first()
+
+
+def images_in_time(session: Session, run_id: int) -> Sequence[Unit]:
+    """Return the usable images of a run in the order of their time, with and without poses."""
+    rows = session.scalars(
+        sa.select(RunImage.image_id)
+        .join(Image, Image.id == RunImage.image_id)
+        .where(
+            RunImage.run_id == run_id,
+            RunImage.done_at.is_not(None),
+            RunImage.error.is_(None),
+            Image.deleted_at.is_(None),
+        )
+        .order_by(RunImage.position)
+    )
+    return [Unit(image_id, None) for image_id in rows]
+
+
+def poses_in_time(
+    session: Session, run_id: int, *conditions: sa.ColumnElement[bool]
+) -> Sequence[Unit]:
+    """Return the poses of a run in the order of their images' time, those that are wanted."""
+    rows = session.execute(
+        sa.select(Pose.image_id, Pose.id)
+        .join(Image, Image.id == Pose.image_id)
+        .where(Pose.run_id == run_id, Image.deleted_at.is_(None), *conditions)
+        .order_by(Image.captured_at, Image.id, Pose.id)
+    )
+    return [Unit(row[0], row[1]) for row in rows]
+
+
+def costs_and_flags(
+    session: Session, run_id: int
+) -> Mapping[int, tuple[int, float, Sequence[str]]]:
+    """Return (image, cost, flags) of each pose of a run."""
+    rows = session.execute(
+        sa.select(Pose.id, Pose.image_id, Match.cost, Pose.flags)
+        .join(Match, Match.id == Pose.match_id)
+        .where(Pose.run_id == run_id)
+    )
+    return {row[0]: (row[1], row[2], row[3]) for row in rows}
+
+
+def graders(session: Session, run_id: int) -> Mapping[int, Sequence[tuple[int | None, datetime]]]:
+    """Return who graded each pose of a run and when, the one whose verdict counts first."""
+    rows = session.execute(
+        sa.select(Review.pose_id, Review.user_id, Review.created_at)
+        .join(Pose, Pose.id == Review.pose_id)
+        .where(Pose.run_id == run_id, _STANDING)
+        .order_by(Review.pose_id, *verdict_order())
+    )
+    found: dict[int, list[tuple[int | None, datetime]]] = {}
+    for pose_id, user_id, created_at in rows:
+        found.setdefault(pose_id, []).append((user_id, created_at))
+    return found
+
+
+def completers(
+    session: Session, run_id: int
+) -> Mapping[int, Sequence[tuple[int | None, datetime]]]:
+    """Return who completed each image of a run and when."""
+    rows = session.execute(
+        sa.select(
+            ImageCompletion.image_id, ImageCompletion.user_id, ImageCompletion.created_at
+        ).where(ImageCompletion.run_id == run_id)
+    )
+    return {row[0]: [(row[1], row[2])] for row in rows}
+
+
+def units_in(session: Session, queue_id: int) -> tuple[set[tuple[int, int | None]], int]:
+    """Return the (image, pose) pairs a queue has, and its next position."""
+    rows = session.execute(
+        sa.select(
+            ReviewQueueItem.image_id, ReviewQueueItem.pose_id, ReviewQueueItem.position
+        ).where(ReviewQueueItem.queue_id == queue_id)
+    ).all()
+    return {(row[0], row[1]) for row in rows}, max((row[2] for row in rows), default=-1) + 1
+
+
+def add_items(session: Session, rows: Sequence[dict[str, object]]) -> None:
+    """Store items."""
+    for start in range(0, len(rows), ROWS_AT_ONCE):
+        session.execute(sa.insert(ReviewQueueItem), rows[start : start + ROWS_AT_ONCE])
+
+
+def take(
+    session: Session, queue: ReviewQueue, user_id: int, count: int, at: datetime, until: datetime
+) -> Sequence[ReviewQueueItem]:
+    """Lease free items to a person, the first ones of the queue."""
+    is_postgres = session.get_bind().dialect.name == "postgresql"
+    if is_postgres and queue.double:
+        session.execute(
+            sa.select(ReviewQueue.id).where(ReviewQueue.id == queue.id).with_for_update()
+        )
+    statement = (
+        sa.select(ReviewQueueItem)
+        .join(Image, Image.id == ReviewQueueItem.image_id)
+        .where(
+            ReviewQueueItem.queue_id == queue.id,
+            _OPEN,
+            _free(ReviewQueueItem, at),
+            Image.deleted_at.is_(None),
+        )
+        .order_by(ReviewQueueItem.position, ReviewQueueItem.slot)
+        .limit(count)
+    )
+    if queue.double:
+        statement = statement.where(~_other_half(user_id, at))
+    if queue.order is QueueOrder.SECOND_OPINION:
+        own = sa.exists().where(
+            Review.pose_id == ReviewQueueItem.pose_id, Review.user_id == user_id, _STANDING
+        )
+        statement = statement.where(~own)
+    if is_postgres:
+        statement = statement.with_for_update(of=ReviewQueueItem, skip_locked=True)
+    items = session.scalars(statement).all()
+    if items:
+        hold(session, [item.id for item in items], user_id, until)
+    return items
+
+
+def _free(
+    item: type[ReviewQueueItem] | sa.orm.util.AliasedClass[ReviewQueueItem], at: datetime
+) -> sa.ColumnElement[bool]:
+    return item.user_id.is_(None) | item.leased_until.is_(None) | (item.leased_until < at)
+
+
+def _other_half(user_id: int, at: datetime) -> sa.ColumnElement[bool]:
+    """Whether a person may not have an item: the other half is theirs, or comes first."""
+    half = aliased(ReviewQueueItem)
+    same_work = (
+        (half.queue_id == ReviewQueueItem.queue_id)
+        & (half.position == ReviewQueueItem.position)
+        & (half.slot != ReviewQueueItem.slot)
+    )
+    theirs = (half.user_id == user_id) & (half.done_at.is_not(None) | (half.leased_until >= at))
+    first = (half.slot < ReviewQueueItem.slot) & half.done_at.is_(None) & _free(half, at)
+    return sa.exists().where(same_work, theirs | first)
+
+
+def held(
+    session: Session, queue_id: int, user_id: int, at: datetime, ids: Collection[int] | None = None
+) -> Sequence[ReviewQueueItem]:
+    """Return the items of a queue that a person holds, or those of them that are named."""
+    statement = sa.select(ReviewQueueItem).where(
+        ReviewQueueItem.queue_id == queue_id,
+        _OPEN,
+        ReviewQueueItem.user_id == user_id,
+        ReviewQueueItem.leased_until >= at,
+    )
+    if ids is not None:
+        statement = statement.where(ReviewQueueItem.id.in_(ids))
+    if session.get_bind().dialect.name == "postgresql":
+        # What is locked is just being graded: neither to be waited for nor to be held any longer.
+        statement = statement.with_for_update(of=ReviewQueueItem, skip_locked=True)
+    return session.scalars(statement.order_by(ReviewQueueItem.position, ReviewQueueItem.slot)).all()
+
+
+def hold(session: Session, ids: Collection[int], user_id: int, until: datetime) -> None:
+    """Let a person hold items until a moment; those that were done are open again."""
+    session.execute(
+        sa.update(ReviewQueueItem)
+        .where(ReviewQueueItem.id.in_(ids))
+        .values(user_id=user_id, leased_until=until, done_at=None)
+        .execution_options(synchronize_session=False)
+    )
+
+
+def release(session: Session, ids: Collection[int]) -> None:
+    """Let go of items."""
+    session.execute(
+        sa.update(ReviewQueueItem)
+        .where(ReviewQueueItem.id.in_(ids), _OPEN)
+        .values(user_id=None, leased_until=None)
+        .execution_options(synchronize_session=False)
+    )
+
+
+def set_done(session: Session, ids: Collection[int], user_id: int, at: datetime) -> None:
+    """Say that a person did items."""
+    session.execute(
+        sa.update(ReviewQueueItem)
+        .where(ReviewQueueItem.id.in_(ids))
+        .values(user_id=user_id, leased_until=None, done_at=at)
+        .execution_options(synchronize_session=False)
+    )
+
+
+def items_of_pose(session: Session, pose_id: int) -> Sequence[ItemState]:
+    """Return the items that are about a pose."""
+    return _states(session, ReviewQueueItem.pose_id == pose_id)
+
+
+def items_of_image(session: Session, run_id: int, image_id: int) -> Sequence[ItemState]:
+    """Return the items of a run that are about an image as a whole."""
+    return _states(
+        session,
+        ReviewQueueItem.image_id == image_id,
+        ReviewQueueItem.pose_id.is_(None),
+        ReviewQueue.run_id == run_id,
+    )
+
+
+def _states(session: Session, *conditions: sa.ColumnElement[bool]) -> Sequence[ItemState]:
+    rows = session.execute(
+        sa.select(
+            ReviewQueueItem.id,
+            ReviewQueueItem.queue_id,
+            ReviewQueueItem.position,
+            ReviewQueueItem.user_id,
+            ReviewQueueItem.leased_until,
+            ReviewQueueItem.done_at,
+            ReviewQueue.order,
+            ReviewQueue.double,
+        )
+        .join(ReviewQueue, ReviewQueue.id == ReviewQueueItem.queue_id)
+        .where(*conditions)
+        .order_by(ReviewQueueItem.queue_id, ReviewQueueItem.position, ReviewQueueItem.slot)
+    )
+    return [ItemState(*row) for row in rows]
+
+
+def counts(
+    session: Session, queue_ids: Collection[int], user_id: int, at: datetime
+) -> Mapping[int, Counts]:
+    """Count the items of queues; those of deleted images are left out."""
+    done = ReviewQueueItem.done_at.is_not(None)
+    leased = _OPEN & ReviewQueueItem.user_id.is_not(None) & (ReviewQueueItem.leased_until >= at)
+    mine = ReviewQueueItem.user_id == user_id
+
+    def number(condition: sa.ColumnElement[bool]) -> sa.ColumnElement[int]:
+        return sa.func.count(sa.case((condition, 1)))
+
+    rows = session.execute(
+        sa.select(
+            ReviewQueueItem.queue_id,
+            sa.func.count(),
+            number(done),
+            number(leased),
+            number(done & mine),
+            number(leased & mine),
+            sa.func.count(ReviewQueueItem.position.distinct()),
+            sa.func.count(sa.case((_OPEN, ReviewQueueItem.position)).distinct()),
+        )
+        .join(Image, Image.id == ReviewQueueItem.image_id)
+        .where(ReviewQueueItem.queue_id.in_(queue_ids), Image.deleted_at.is_(None))
+        .group_by(ReviewQueueItem.queue_id)
+    )
+    found = {row[0]: Counts(*row[1:]) for row in rows}
+    nothing = Counts(0, 0, 0, 0, 0, 0, 0)
+    return {queue_id: found.get(queue_id, nothing) for queue_id in queue_ids}
