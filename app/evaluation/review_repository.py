@@ -45,9 +45,9 @@ class Verdict(NamedTuple):
     pose_id: int
     user_id: int | None
     grade: Grade
-    reasons: list[str]
     guideline_version: int
     inherited_from_id: int | None
+    reasons: Sequence[str]
 
 
 class Station(NamedTuple):
@@ -86,38 +86,57 @@ def verdicts(session: Session, selection: Selection, *, complete: bool = False) 
 
     `complete`: only of poses in images that a person marked complete for that run.
     """
-    first, *then = verdict_order()
     statement = (
         sa.select(
             Review.pose_id,
             Review.user_id,
             Review.grade,
-            Review.reasons,
             Review.guideline_version,
             Review.inherited_from_id,
+            Review.id,
         )
         .join(Pose, Pose.id == Review.pose_id)
         .join(Image, Image.id == Pose.image_id)
         .join(Run, Run.id == Pose.run_id)
         .where(Review.replaced_at.is_(None), *_of_poses(selection))
-        .order_by(Review.pose_id, first, *then)
+        .order_by(*verdict_order())
     )
     if complete:
         statement = statement.join(ImageCompletion, _completes(Pose))
-    return [Verdict(*row) for row in session.execute(statement)][::-1]
+    # Most verdicts are Good and give no reason: to read only those that may saves a third.
+    reasons = {
+        row[0]: row[1]
+        for row in session.execute(
+            statement.where(Review.grade != Grade.GOOD)
+            .with_only_columns(Review.id, Review.reasons)
+            .order_by(None)
+        )
+    }
+    found = [
+        Verdict(row[0], row[1], row[2], row[3], row[4], reasons.get(row[5], ()))
+        for row in session.execute(statement)
+    ]
+    return found[::-1]
 
 
 def opinions(session: Session, selection: Selection) -> Mapping[int, Mapping[int, Grade]]:
     """Return what people thought of each pose before they knew of each other, by person.
 
-    A person's last word, without reviews that were withdrawn, inherited, or given to settle.
+    Only of poses that several people reviewed. A person's last word counts, without reviews that
+    were withdrawn, inherited, or given to settle.
     """
+    several = (
+        sa.select(Review.pose_id)
+        .group_by(Review.pose_id)
+        .having(sa.func.min(Review.user_id) != sa.func.max(Review.user_id))
+    )
     statement = (
         sa.select(Review.pose_id, Review.user_id, Review.grade)
         .join(Pose, Pose.id == Review.pose_id)
         .join(Image, Image.id == Pose.image_id)
         .join(Run, Run.id == Pose.run_id)
         .where(
+            Review.pose_id.in_(several),
             Review.withdrawn_at.is_(None),
             Review.inherited_from_id.is_(None),
             Review.settles.is_(False),

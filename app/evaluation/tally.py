@@ -38,5 +38,6 @@ def tally(verdicts: Iterable[Verdict]) -> Tally:
     reasons: dict[Grade, Counter[str]] = {grade: Counter() for grade in Grade}
     for verdict in verdicts:
         grades[verdict.grade] += 1
-        reasons[verdict.grade].update(verdict.reasons)
+        if verdict.reasons:
+            reasons[verdict.grade].update(verdict.reasons)
     return Tally(grades, {grade: dict(found.most_common()) for grade, found in reasons.items()})
