@@ -3,8 +3,12 @@
 One call leaves both ready, so that no process has to create tables while serving.
 """
 
+import sqlite3
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 
+import sqlalchemy as sa
 from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.config import Config
@@ -26,15 +30,35 @@ def _config(connection: object) -> Config:
 
 def upgrade(database: Database, revision: str = "head") -> None:
     """Bring the database up to a revision; the job engine's tables come along."""
-    with database.engine.execution_options(writes=True).begin() as connection:
+    with _migrating(database) as connection:
         command.upgrade(_config(connection), revision)
     migrate_job_tables(database.url)
 
 
 def downgrade(database: Database, revision: str) -> None:
     """Take the application's tables back to a revision (`base` removes them)."""
-    with database.engine.execution_options(writes=True).begin() as connection:
+    with _migrating(database) as connection:
         command.downgrade(_config(connection), revision)
+
+
+@contextmanager
+def _migrating(database: Database) -> Iterator[sa.Connection]:
+    """Give a writing transaction in which SQLite lets a table be made anew.
+
+    Where SQLite changes a constraint it copies the table and drops the old one, which would take
+    along every row that refers to it; so foreign keys rest meanwhile.
+    """
+    with database.engine.execution_options(writes=True).connect() as connection:
+        raw = connection.connection.driver_connection
+        on_sqlite = raw if isinstance(raw, sqlite3.Connection) else None
+        if on_sqlite:
+            on_sqlite.execute("PRAGMA foreign_keys=OFF")
+        try:
+            with connection.begin():
+                yield connection
+        finally:
+            if on_sqlite:
+                on_sqlite.execute("PRAGMA foreign_keys=ON")
 
 
 def current_revision(database: Database) -> str | None:

@@ -38,6 +38,7 @@ METHOD_NAMES = {
     RegistrationMethod.HOMOGRAPHY_WATER: "Homography, water plane",
     RegistrationMethod.HOMOGRAPHY_PCA: "Homography, principal axes",
     RegistrationMethod.GIVEN: "Given pose",
+    RegistrationMethod.ROTATION: "Turned, by photographs",
 }
 
 

@@ -60,6 +60,9 @@ def quality_of(registration: Registration) -> Quality:
         if registration.mae_px is None:
             return Quality("Given, unchecked", "", "no keypoints to check it")
         return _graded(registration.mae_px, "mean error")
+    if registration.method is RegistrationMethod.ROTATION:
+        support = (registration.provenance or {}).get("inliers", 0)
+        return Quality("Turned", "success", f"{support} points of the scenery agree")
     if error_px is None:
         return Quality("Unknown", "", "no leave-one-out error")
     return _graded(error_px, "leave-one-out error")

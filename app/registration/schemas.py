@@ -1,7 +1,7 @@
 """Requests and answers of viewports, keypoints and registrations."""
 
 from datetime import datetime
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import (
     AliasChoices,
@@ -211,6 +211,11 @@ class RegistrationIn(Request):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
+        if self.method is RegistrationMethod.ROTATION:
+            raise ValueError(
+                "method `rotation` comes of an accepted pointing: POST "
+                "/viewports/{id}/reregistrations, then /pointings/{id}/accept"
+            )
         pose = (self.rotation, self.center)
         if self.method is RegistrationMethod.GIVEN:
             if None in pose:
@@ -274,6 +279,9 @@ class RegistrationOut(BaseModel):
     check_mae_px: float | None = Field(description="Mean error of the keypoints of role `check`")
     residuals: list[ResidualOut]
     warnings: list[str]
+    provenance: dict[str, Any] | None = Field(
+        description="rotation: the registration, images and support that the turn rests on"
+    )
     created_at: datetime
 
     @classmethod

@@ -16,7 +16,7 @@ from app.tables.registration import Registration, RegistrationMethod
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
 from app.tables.sites import Camera, Site, Viewport
 
-POSE_METHODS = (RegistrationMethod.PNP, RegistrationMethod.GIVEN)
+POSE_METHODS = (RegistrationMethod.PNP, RegistrationMethod.GIVEN, RegistrationMethod.ROTATION)
 
 
 @dataclass(frozen=True, slots=True)

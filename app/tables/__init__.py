@@ -2,6 +2,7 @@
 
 from app.tables import (
     ais,
+    calibration,
     detection,
     exports,
     groundtruth,
@@ -12,6 +13,7 @@ from app.tables import (
     practice,
     queues,
     registration,
+    reregistration,
     reviews,
     runs,
     sites,
@@ -20,6 +22,7 @@ from app.tables import (
 
 __all__ = [
     "ais",
+    "calibration",
     "detection",
     "exports",
     "groundtruth",
@@ -30,6 +33,7 @@ __all__ = [
     "practice",
     "queues",
     "registration",
+    "reregistration",
     "reviews",
     "runs",
     "sites",

@@ -26,6 +26,7 @@ class RegistrationMethod(StrEnum):
     HOMOGRAPHY_WATER = "homography_water"
     HOMOGRAPHY_PCA = "homography_pca"
     GIVEN = "given"
+    ROTATION = "rotation"  # another registration, turned by what photographs show
 
 
 class Landmark(Base):
@@ -74,7 +75,8 @@ class Registration(Base):
     `rotation` is the Rodrigues vector of cam_from_enu in the site's ENU frame; the centre is
     WGS84 with ellipsoidal height. `intrinsics` are those in force (refined ones included):
     width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion. Homographies have a `homography`
-    instead of a pose.
+    instead of a pose. `provenance` says of a rotation what it rests on: from_registration_id,
+    reregistration_id, pointing_id, keyframe_image_ids, image_count, inliers, angle_deg.
     """
 
     __tablename__ = "registrations"
@@ -97,6 +99,7 @@ class Registration(Base):
     leave_one_out_px: Mapped[float | None]
     residuals: Mapped[list[Any]] = mapped_column(default=list)
     warnings: Mapped[list[str]] = mapped_column(default=list)
+    provenance: Mapped[dict[str, Any] | None] = mapped_column(Json)
     created_at: Mapped[datetime] = mapped_column(default=now)
     created_by_id: Mapped[int | None] = mapped_column(
         sa.ForeignKey("users.id", ondelete="SET NULL")

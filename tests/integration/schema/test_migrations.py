@@ -11,7 +11,10 @@ from app.auth.tokens import new_token
 from app.db import Base, Database
 from app.errors import Conflict
 from app.jobs import JobClient, JobQueue
+from app.tables.registration import Registration, RegistrationMethod
+from app.tables.runs import Run
 from tests.factories.sites import make_site
+from tests.factories.world import make_world
 from tests.postgres import PostgresCluster
 
 ALEMBIC = "alembic_version"
@@ -95,3 +98,24 @@ def test_the_job_engine_can_enqueue_at_once(empty_database: Database) -> None:
         jobs.enqueue(session, "any", 1, queue=JobQueue.SHORT, job_id="job-1")
     jobs.cancel("job-1")
     jobs.destroy()
+
+
+def test_making_registrations_anew_keeps_what_refers_to_them(empty_database: Database) -> None:
+    """Where SQLite copies a table to change its check, runs that point to it stay, there and back.
+
+    A method the older tables do not know becomes the nearest that they do.
+    """
+    schema.upgrade(empty_database)
+    with empty_database.writing() as session:
+        ids = make_world(session, "Old", 211000001)
+        session.get_one(Registration, ids["registration_id"]).method = RegistrationMethod.ROTATION
+
+    schema.downgrade(empty_database, "0005")
+    with empty_database.reading() as session:
+        methods = session.execute(sa.text("SELECT method FROM registrations")).scalars().all()
+    schema.upgrade(empty_database)
+
+    assert methods == ["given"]
+    with empty_database.reading() as session:
+        run = session.get_one(Run, ids["run_id"])
+        assert run.registration.id == ids["registration_id"]
