@@ -7,6 +7,7 @@ intrinsics refined on the way, until no keypoint joins or leaves.
 """
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,12 @@ from app.domain.pnp import Priors, distances_px, first_camera, refine
 _ROUNDS = 15
 _COARSE_FACTOR = 8
 _WIDEST_FACTOR = 8  # 64 px at the usual 8: beyond it, "agreeing" means nothing
+_WIDE_FACTOR = 4  # from here on, nearly all must agree
+_NEARLY_ALL = 0.8
+
+
+class NoConsensusError(RegistrationError):
+    """There is no camera on which enough keypoints agree."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,28 +50,32 @@ def find_consensus(
     minimum: int,
     refine_from: int | None,
     priors: Priors,
+    widest_factor: int = _WIDEST_FACTOR,
 ) -> Consensus:
     """Find the camera on which most keypoints agree, at least half of them and `minimum`.
 
     With `refine_from` or more agreeing keypoints, focal length and k1 are refined. The threshold
-    is doubled, up to eight times its size, while too few agree or while it cuts into the scatter of
-    those that do. Raises RegistrationError if none will do.
+    is doubled, up to `widest_factor` times its size, while too few agree or while it cuts into the
+    scatter of those that do; when it is wide, half of the keypoints agree on many a wrong camera,
+    so nearly all must. Raises NoConsensusError if none will do.
     """
-    enough = max(minimum, (len(keypoints) + 1) // 2)
     factor = 1
-    while factor <= _WIDEST_FACTOR:
+    while factor <= widest_factor:
+        share = 0.5 if factor < _WIDE_FACTOR else _NEARLY_ALL
+        enough = max(minimum, ceil(share * len(keypoints)))
         threshold = threshold_px * factor
         start = first_camera(intrinsics, keypoints, threshold)
         if start is not None:
             camera, inliers, refined = _settle(start, keypoints, threshold, refine_from, priors)
             if inliers.sum() >= enough and (
-                factor == _WIDEST_FACTOR or _stands_clear(camera, keypoints[inliers], threshold)
+                factor == widest_factor or _stands_clear(camera, keypoints[inliers], threshold)
             ):
                 return Consensus(
                     camera, inliers, threshold, factor > 1, intrinsics if refined else None
                 )
         factor *= 2
-    raise RegistrationError(
+    enough = max(minimum, ceil(len(keypoints) / 2))
+    raise NoConsensusError(
         f"fewer than {enough} of {len(keypoints)} keypoints agree on any camera: check the "
         "landmarks' coordinates, their pixels and the focal length"
     )

@@ -5,8 +5,9 @@ camera free to swing around: that is refused. All far away, on one side of the i
 line is poor but possible: that is said before anybody trusts the result.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 import numpy.typing as npt
@@ -20,19 +21,47 @@ _ON_A_LINE = 5e-4  # of the points' extent; measured: the camera is off by 10 m 
 _NEARLY_ON_A_LINE = 0.05
 
 
+class SuspicionKind(StrEnum):
+    """What seems to be wrong with keypoints."""
+
+    SWAPPED = "swapped"  # two landmarks, each seen where the other should be
+    MISPLACED = "misplaced"  # seen where another landmark should be
+    HEIGHT = "height"  # fits with another height
+    OUTLIER = "outlier"  # does not agree, for no reason that could be found
+    MIRRORED_HEIGHTS = "mirrored_heights"
+    MIRRORED_ROWS = "mirrored_rows"  # v counted from below
+    FOCAL_LENGTH = "focal_length"
+
+
+@dataclass(frozen=True, slots=True)
+class Suspicion:
+    """A likely mistake: of which keypoints (by index; none: of all), and in words what to do."""
+
+    kind: SuspicionKind
+    indices: tuple[int, ...]
+    message: str
+
+
 class RegistrationError(ValueError):
     """Keypoints that cannot carry a camera: the message gives the reason and the fix."""
+
+    def __init__(self, reason: str, suspicions: Sequence[Suspicion] = ()) -> None:
+        hints = [suspicion.message.rstrip(".") for suspicion in suspicions]
+        super().__init__(". ".join([reason, *hints]))
+        self.suspicions = tuple(suspicions)
 
 
 @dataclass(frozen=True, eq=False)
 class Keypoints:
     """Landmarks in the world frame (n, 3), metres, and where they are seen, pixels (n, 2).
 
-    Raises RegistrationError when the arrays do not fit together or hold what is no number.
+    `names` are what messages call them; numbers from 1 where there are none. Raises
+    RegistrationError when the arrays do not fit together or hold what is no number.
     """
 
     points_in_world: FloatArray
     pixels_px: FloatArray
+    names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         points = np.array(self.points_in_world, dtype=np.float64).reshape(-1, 3)
@@ -44,9 +73,11 @@ class Keypoints:
         broken = ~(np.isfinite(points).all(axis=1) & np.isfinite(pixels).all(axis=1))
         if broken.any():
             raise RegistrationError(
-                f"keypoint {np.flatnonzero(broken)[0]} has a coordinate that is no finite number: "
-                "correct or remove it"
+                f"keypoint {self.label(int(np.flatnonzero(broken)[0]))} has a coordinate that is "
+                "no finite number: correct or remove it"
             )
+        if self.names and len(self.names) != len(points):
+            raise RegistrationError(f"{len(points)} landmarks but {len(self.names)} names")
         object.__setattr__(self, "points_in_world", points)
         object.__setattr__(self, "pixels_px", pixels)
 
@@ -54,7 +85,12 @@ class Keypoints:
         return len(self.points_in_world)
 
     def __getitem__(self, chosen: npt.NDArray[np.bool_]) -> "Keypoints":
-        return Keypoints(self.points_in_world[chosen], self.pixels_px[chosen])
+        names = tuple(np.array(self.names, dtype=object)[chosen]) if self.names else ()
+        return Keypoints(self.points_in_world[chosen], self.pixels_px[chosen], names)
+
+    def label(self, index: int) -> str:
+        """Return what a message calls a keypoint."""
+        return repr(self.names[index]) if self.names else f"number {index + 1}"
 
     def without(self, index: int) -> "Keypoints":
         """Leave one keypoint out."""
@@ -62,12 +98,14 @@ class Keypoints:
 
 
 def keypoints_in(
-    frame: WorldFrame, seen: Iterable[tuple[Geodetic, tuple[float, float]]]
+    frame: WorldFrame,
+    seen: Iterable[tuple[Geodetic, tuple[float, float]]],
+    names: Sequence[str] = (),
 ) -> Keypoints:
     """Place landmarks, each with its pixel (u, v), in a world frame."""
     pairs = list(seen)
     points = [frame.position(g.lat_deg, g.lon_deg, g.height_m) for g, _ in pairs]
-    return Keypoints(np.array(points), np.array([pixel for _, pixel in pairs]))
+    return Keypoints(np.array(points), np.array([pixel for _, pixel in pairs]), tuple(names))
 
 
 def require_usable(keypoints: Keypoints, minimum: int) -> None:

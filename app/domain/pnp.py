@@ -53,40 +53,51 @@ def first_camera(
 
     Of RANSAC's camera and that of all points the one is taken which more keypoints agree with.
     """
+    found = (
+        _closed(intrinsics, keypoints, threshold_px=threshold_px),
+        closed_camera(intrinsics, keypoints),
+    )
+    return max(
+        (camera for camera in found if camera is not None),
+        key=lambda camera: int((distances_px(camera, keypoints) <= threshold_px).sum()),
+        default=None,
+    )
+
+
+def closed_camera(intrinsics: Intrinsics, keypoints: Keypoints) -> Camera | None:
+    """Find the camera of all keypoints by SQPNP alone; None when there is no solution."""
+    return _closed(intrinsics, keypoints, threshold_px=None)
+
+
+def _closed(
+    intrinsics: Intrinsics, keypoints: Keypoints, threshold_px: float | None
+) -> Camera | None:
+    """Solve by SQPNP, inside RANSAC where there is a threshold."""
     import cv2  # noqa: PLC0415 - keeps the web process small
 
     centroid = keypoints.points_in_world.mean(axis=0)
     points = np.ascontiguousarray(keypoints.points_in_world - centroid)
     pixels = np.ascontiguousarray(keypoints.pixels_px)
-    K, distortion = intrinsics.K.copy(), intrinsics.distortion.copy()
-    solutions = []
+    lens = (intrinsics.K.copy(), intrinsics.distortion.copy())
     try:
-        found, rvec, tvec, _ = cv2.solvePnPRansac(
-            points,
-            pixels,
-            K,
-            distortion,
-            iterationsCount=1000,
-            reprojectionError=threshold_px,
-            confidence=0.9999,
-            flags=cv2.SOLVEPNP_SQPNP,
-        )
-        if found:
-            solutions.append((rvec, tvec))
-        found, rvec, tvec = cv2.solvePnP(points, pixels, K, distortion, flags=cv2.SOLVEPNP_SQPNP)
-        if found:
-            solutions.append((rvec, tvec))
+        if threshold_px is None:
+            found, rvec, tvec = cv2.solvePnP(points, pixels, *lens, flags=cv2.SOLVEPNP_SQPNP)
+        else:
+            found, rvec, tvec, _ = cv2.solvePnPRansac(
+                points,
+                pixels,
+                *lens,
+                iterationsCount=1000,
+                reprojectionError=threshold_px,
+                confidence=0.9999,
+                flags=cv2.SOLVEPNP_SQPNP,
+            )
     except cv2.error:  # OpenCV raises on degenerate points instead of saying "not found"
         return None
-    cameras = []
-    for rvec, tvec in solutions:
-        R = matrix_from_rotvec(np.ravel(rvec))
-        cameras.append(Camera(intrinsics, R, centroid - R.T @ np.ravel(tvec)))
-    return max(
-        cameras,
-        key=lambda camera: int((distances_px(camera, keypoints) <= threshold_px).sum()),
-        default=None,
-    )
+    if not found or not np.isfinite(rvec).all() or not np.isfinite(tvec).all():
+        return None
+    R = matrix_from_rotvec(np.ravel(rvec))
+    return Camera(intrinsics, R, centroid - R.T @ np.ravel(tvec))
 
 
 def refine(

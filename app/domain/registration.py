@@ -6,6 +6,7 @@ A fit error always looks better with fewer keypoints, so the error to trust is t
 keypoint against a fit without it (leave one out), beside the covariance.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -14,12 +15,14 @@ import numpy.typing as npt
 
 from app.domain.arrays import FloatArray
 from app.domain.camera import Camera, Intrinsics
-from app.domain.consensus import Consensus, find_consensus
+from app.domain.consensus import Consensus, NoConsensusError, find_consensus
+from app.domain.diagnosis import explain_disagreement, suspect_outliers
 from app.domain.geodesy import EnuFrame, Geodetic
 from app.domain.homography import Homography, fit_homographies, principal_axes, water_axes
 from app.domain.keypoints import (
     Keypoints,
     RegistrationError,
+    Suspicion,
     depth_warning,
     require_usable,
     spread_warnings,
@@ -35,6 +38,7 @@ from app.domain.projection import projection_jacobian
 from app.domain.rotations import matrix_from_rotvec, rotvec_from_matrix
 
 _UNSURE_CENTER_M = 5.0  # one sigma: as much as an AIS position
+_WET_M = 1.0  # a camera at the waterline may come out a little below it
 
 
 class RegistrationMethod(StrEnum):
@@ -69,7 +73,9 @@ class Registration:
     `residuals_px` (n, 2) are projected minus observed pixels of all keypoints in their order,
     `leave_one_out_distances_px` (n,) the distance of each keypoint from a fit without it; both are
     NaN where there is no projection. `inliers` (n,) are the keypoints that the fit used.
-    `parameter_covariance` is (6, 6), or (8, 8) with refined intrinsics: see `covariance`.
+    `parameter_covariance` is (6, 6), or (8, 8) with refined intrinsics: see `covariance`; those
+    before are `refined_from`. PnP's inliers lie within `threshold_px`, which was widened where too
+    few did; `suspicions` say what is probably wrong with the others.
     """
 
     method: RegistrationMethod
@@ -82,6 +88,10 @@ class Registration:
     camera: Camera | None = None
     homography: Homography | None = None
     parameter_covariance: FloatArray | None = None
+    suspicions: Sequence[Suspicion] = ()
+    threshold_px: float | None = None
+    is_widened: bool = False
+    refined_from: Intrinsics | None = None
 
     @property
     def covariance(self) -> FloatArray | None:
@@ -141,22 +151,18 @@ def register_pnp(
     intrinsics: Intrinsics,
     keypoints: Keypoints,
     settings: RegistrationSettings | None = None,
+    water_level_m: float | None = None,
 ) -> Registration:
     """Solve for the camera by PnP (paper, Perspective-n-Point) from keypoints in `frame`.
 
-    Raises RegistrationError, with the reason and the fix, for too few or collinear keypoints, for
+    `water_level_m` is the height of the water in `frame`, under which no camera stands. Raises
+    RegistrationError, with the reason and the fix, for too few or collinear keypoints, for
     keypoints that do not agree on any camera, and for those that leave it undetermined.
     """
     settings = settings or RegistrationSettings()
     require_usable(keypoints, settings.minimum_points)
-    found = find_consensus(
-        intrinsics,
-        keypoints,
-        threshold_px=settings.inlier_threshold_px,
-        minimum=settings.minimum_points,
-        refine_from=settings.refine_from_points if settings.refine_intrinsics else None,
-        priors=settings.priors,
-    )
+    found = _consensus(intrinsics, keypoints, settings, water_level_m)
+    _require_dry(found.camera, water_level_m)
     used = keypoints[found.inliers]
     require_usable(used, settings.minimum_points)
     if condition_number(found.camera, used) > settings.maximum_condition:
@@ -175,6 +181,10 @@ def register_pnp(
         warnings=_pnp_warnings(found, keypoints, covariance),
         camera=found.camera,
         parameter_covariance=covariance,
+        suspicions=_suspicions(frame, intrinsics, found, keypoints, settings),
+        threshold_px=found.threshold_px,
+        is_widened=found.widened,
+        refined_from=found.refined_from,
     )
 
 
@@ -267,6 +277,62 @@ def water_point_sigma_px(registration: Registration, range_m: float, water_level
     return float(np.sqrt(np.linalg.eigvalsh(J @ covariance @ J.T).max()))
 
 
+def _consensus(
+    intrinsics: Intrinsics,
+    keypoints: Keypoints,
+    settings: RegistrationSettings,
+    water_level_m: float | None,
+) -> Consensus:
+    """Find the camera; where there is none, say what is probably wrong."""
+    try:
+        return find_consensus(
+            intrinsics,
+            keypoints,
+            threshold_px=settings.inlier_threshold_px,
+            minimum=settings.minimum_points,
+            refine_from=settings.refine_from_points if settings.refine_intrinsics else None,
+            priors=settings.priors,
+        )
+    except NoConsensusError as error:
+        suspicions = explain_disagreement(
+            intrinsics,
+            keypoints,
+            settings.inlier_threshold_px,
+            settings.minimum_points,
+            water_level_m,
+        )
+        raise RegistrationError(str(error), suspicions) from error
+
+
+def _require_dry(camera: Camera, water_level_m: float | None) -> None:
+    under_m = 0.0 if water_level_m is None else water_level_m - camera.center_in_world[2]
+    if under_m > _WET_M:
+        raise RegistrationError(
+            f"the camera would stand {under_m:.0f} m under the water: the landmarks' heights seem "
+            "to be turned over or to have another datum; check their sign, and that they are "
+            "above the ellipsoid"
+        )
+
+
+def _suspicions(
+    frame: EnuFrame,
+    intrinsics: Intrinsics,
+    found: Consensus,
+    keypoints: Keypoints,
+    settings: RegistrationSettings,
+) -> list[Suspicion]:
+    said = suspect_outliers(frame, found, keypoints)
+    if found.widened:
+        said += [
+            suspicion
+            for suspicion in explain_disagreement(
+                intrinsics, keypoints, settings.inlier_threshold_px, settings.minimum_points
+            )
+            if suspicion.indices not in {earlier.indices for earlier in said}
+        ]
+    return said
+
+
 def _leave_one_out_pnp(found: Consensus, keypoints: Keypoints, priors: Priors) -> FloatArray:
     """Refit without each inlier; an outlier was left out already."""
     distances = distances_px(found.camera, keypoints)
@@ -285,10 +351,10 @@ def _pnp_warnings(found: Consensus, keypoints: Keypoints, covariance: FloatArray
     warnings.extend(filter(None, [depth_warning(depths)]))
     outliers = np.flatnonzero(~found.inliers)
     if outliers.size:
-        numbers = ", ".join(str(index + 1) for index in outliers)
+        names = ", ".join(keypoints.label(int(index)) for index in outliers)
         warnings.append(
             f"{outliers.size} of {len(keypoints)} keypoints do not agree with the others and were "
-            f"not used (number {numbers}): check their landmarks and pixels."
+            f"not used ({names}): check their landmarks and pixels."
         )
     if found.widened:
         warnings.append(

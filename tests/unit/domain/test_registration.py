@@ -103,7 +103,7 @@ def test_wrong_keypoints_are_found_and_left_out() -> None:
     assert np.median([center_error_m(r, truth) for r in found]) < 0.5
     assert all(not r.inliers[:3].any() and r.inliers[3:].all() for r in found)
     first = found[0]
-    assert any("3 of 14" in w and "1, 2, 3" in w for w in first.warnings)
+    assert any("3 of 14" in w and "number 1, number 2, number 3" in w for w in first.warnings)
     # The headline error hides no keypoint; the fit's own error is shown beside it.
     assert first.mae_px is not None
     assert first.mae_inliers_px is not None
@@ -399,7 +399,7 @@ def test_keypoints_are_placed_from_degrees() -> None:
     np.testing.assert_allclose(
         keypoints.points_in_world, [EcefFrame().position(53.545, 9.985, 12.0)]
     )
-    with pytest.raises(RegistrationError, match="keypoint 1"):
+    with pytest.raises(RegistrationError, match="keypoint number 2"):
         Keypoints(np.zeros((2, 3)), np.array([[0.0, 0], [np.nan, 0]]))
     with pytest.raises(RegistrationError, match="2 landmarks but 1 pixels"):
         Keypoints(np.zeros((2, 3)), np.zeros((1, 2)))
