@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { duration, heading, number, position, quantity, utc } from "./format";
+import { duration, heading, localTime, number, position, quantity, utc } from "./format";
 
 describe("numbers", () => {
   it("sets thousands apart and keeps the decimals asked for", () => {
@@ -48,5 +48,13 @@ describe("places and moments", () => {
   it("writes moments in UTC whatever zone they came in", () => {
     expect(utc("2026-11-22T12:00:05+02:00")).toBe("2026-11-22 10:00:05\u00a0UTC");
     expect(utc("yesterday")).toBe("–");
+  });
+});
+
+describe("times of a zone", () => {
+  it("names the zone, and the date where it is another one", () => {
+    expect(localTime("2026-11-22T10:00:05Z", "Europe/Berlin")).toBe("11:00:05\u00a0CET");
+    expect(localTime("2026-07-01T22:30:00Z", "Europe/Berlin")).toBe("2026-07-02 00:30:00\u00a0CEST");
+    expect(localTime("never", "UTC")).toBe("–");
   });
 });

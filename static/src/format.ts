@@ -64,3 +64,24 @@ export function utc(iso: string): string {
     ? DASH
     : `${moment.toISOString().slice(0, 19).replace("T", " ")}${FIXED_SPACE}UTC`;
 }
+
+/** The same moment on the clocks of a zone: `11:00:05 CET`; the date too where it is another one. */
+export function localTime(iso: string, timeZone: string): string {
+  const moment = new Date(iso);
+  if (Number.isNaN(moment.getTime())) {
+    return DASH;
+  }
+  const parts = new Map(
+    new Intl.DateTimeFormat("en-GB", {
+      timeZone,
+      dateStyle: "short",
+      timeStyle: "long",
+    })
+      .formatToParts(moment)
+      .map(({ type, value }) => [type, value]),
+  );
+  const get = (type: string): string => parts.get(type) ?? "";
+  const date = `${get("year")}-${get("month")}-${get("day")}`;
+  const time = `${get("hour")}:${get("minute")}:${get("second")}${FIXED_SPACE}${get("timeZoneName")}`;
+  return date === moment.toISOString().slice(0, 10) ? time : `${date} ${time}`;
+}

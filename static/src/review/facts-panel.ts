@@ -1,28 +1,52 @@
 /** The side panel: what is known of the current pose, in the order a reviewer asks for it. */
-import { heading, number, position, quantity, utc } from "../format";
+import { heading, localTime, number, position, quantity, utc } from "../format";
 import { copyOf, element, part } from "../page/parts";
+import { correctionOf, type Correction } from "./correction";
 import { costInWords, type CostPart } from "./cost";
 import { GRADE_NAMES, vesselName, type Grade, type Pose } from "./pose";
 import { shipType } from "./ship-type";
+import { flagInWords, headingSourceInWords } from "./words";
 
 type Fact = readonly [name: string, value: string];
 
 export class FactsPanel {
-  constructor(private readonly root: HTMLElement) {}
+  constructor(
+    private readonly root: HTMLElement,
+    private readonly timeZone: string,
+  ) {}
 
   show(pose: Pose, grade: Grade | null): void {
-    part(this.root, "vessel-name").textContent = vesselName(pose);
+    this.root.classList.remove("has-no-pose");
+    part(this.root, "vessel-name").textContent = shownName(pose);
     part(this.root, "vessel-kind").textContent = kind(pose);
     this.showGrade(pose, grade);
+    this.showCorrection(correctionOf(pose));
     fill(part(this.root, "vessel-facts"), vesselFacts(pose));
     fill(part(this.root, "fit-facts"), fitFacts(pose));
     this.showCost(pose);
     this.showFlags(pose.flags);
+    this.showImage(pose.image);
+  }
+
+  /** An image without a pose: only what is known of the photograph. */
+  showImageAlone(image: Pose["image"], words: string): void {
+    this.root.classList.add("has-no-pose");
+    part(this.root, "vessel-name").textContent = "The whole image";
+    part(this.root, "vessel-kind").textContent = words;
+    this.showImage(image);
+  }
+
+  showMap(map: Element | null): void {
+    part(this.root, "map").replaceChildren(...(map === null ? [] : [map]));
+  }
+
+  private showImage(image: Pose["image"]): void {
     fill(part(this.root, "image-facts"), [
-      ["Taken", utc(pose.image.captured_at)],
-      ["File", pose.image.file_name],
+      ["Taken", utc(image.captured_at)],
+      ["There", localTime(image.captured_at, this.timeZone)],
+      ["File", image.file_name],
     ]);
-    part(this.root, "image-link").setAttribute("href", pose.image.file_url);
+    part(this.root, "image-link").setAttribute("href", image.file_url);
   }
 
   private showGrade(pose: Pose, grade: Grade | null): void {
@@ -36,9 +60,24 @@ export class FactsPanel {
     comment.hidden = comment.textContent === "";
   }
 
+  private showCorrection(correction: Correction | null): void {
+    const target = part(this.root, "corrected");
+    target.hidden = correction === null;
+    if (correction !== null) {
+      const what = correction.kind === "rematched" ? "Matched anew" : "Corrected";
+      const who = correction.user === null ? "" : ` by ${correction.user}`;
+      target.textContent = `${what}${who}, ${utc(correction.created_at)}. The generated box is kept.`;
+    }
+  }
+
   private showCost(pose: Pose): void {
-    part(this.root, "cost").textContent = number(pose.cost, 3);
-    const { summands, dividedBy } = costInWords(pose.cost_terms);
+    const byHand = correctionOf(pose);
+    const { cost, cost_terms: terms } =
+      byHand?.kind === "rematched" && byHand.cost !== null && byHand.cost_terms !== null
+        ? { cost: byHand.cost, cost_terms: byHand.cost_terms }
+        : pose;
+    part(this.root, "cost").textContent = number(cost, 3);
+    const { summands, dividedBy } = costInWords(terms);
     const largest = Math.max(1e-9, ...summands.map(({ value }) => value));
     part(this.root, "cost-terms").replaceChildren(
       ...summands.map((summand) => costTerm(summand, largest)),
@@ -51,7 +90,7 @@ export class FactsPanel {
     const target = part(this.root, "flags");
     target.hidden = flags.length === 0;
     target.replaceChildren(
-      ...flags.map((flag) => element("li", "badge badge--warning", inWords(flag))),
+      ...flags.map((flag) => element("li", "badge badge--warning", flagInWords(flag))),
     );
   }
 }
@@ -62,28 +101,42 @@ export function announcement(pose: Pose, grade: Grade | null, index: number, tot
   return `Pose ${index + 1} of ${total}, ${vesselName(pose)}, ${verdict}`;
 }
 
+/** The vessel a person matched it with, else the generated one. */
+function shownVessel(pose: Pose): Pose["vessel"] {
+  return correctionOf(pose)?.vessel ?? pose.vessel;
+}
+
+function shownName(pose: Pose): string {
+  return vesselName({ ...pose, vessel: shownVessel(pose) });
+}
+
 function kind(pose: Pose): string {
-  const mmsi = `MMSI ${pose.vessel.mmsi}`;
-  const type = shipType(pose.vessel.ship_type);
+  const { mmsi: number, ship_type: code } = shownVessel(pose);
+  const mmsi = `MMSI ${number}`;
+  const type = shipType(code);
   return type === null ? mmsi : `${type}, ${mmsi}`;
 }
 
 function vesselFacts(pose: Pose): Fact[] {
-  const size = [pose.length_m, pose.width_m, pose.height_m].map((value) => number(value, 1));
+  const box = correctionOf(pose) ?? pose;
+  const size = [box.length_m, box.width_m, box.height_m].map((value) => number(value, 1));
+  const source = correctionOf(pose)?.kind === "edited" ? "set by hand" : null;
   return [
     ["Size", `${size.join(" × ")}\u00a0m`],
-    ["Heading", `${heading(pose.heading_deg)}, ${inWords(pose.heading_source)}`],
+    ["Heading", `${heading(box.heading_deg)}, ${source ?? headingSourceInWords(pose.heading_source)}`],
+    ["Speed", quantity(pose.speed_kn, "kn", 1)],
     ["Report age", quantity(pose.report_age_s, "s", 1)],
     ["Position", position(pose.position.lat_deg, pose.position.lon_deg)],
   ];
 }
 
 function fitFacts(pose: Pose): Fact[] {
-  const [east = 0, north = 0] = pose.correction_in_enu_m;
+  const [east = 0, north = 0, up = 0] = pose.correction_in_enu_m;
   return [
     ["Range", quantity(Math.hypot(...pose.centroid_in_cam_m), "m")],
-    ["Correction", quantity(Math.hypot(east, north), "m", 1)],
-    ["East, north", `${number(east, 1)}, ${number(north, 1)} m`],
+    ["Moved", `${quantity(Math.hypot(east, north), "m", 1)} from AIS`],
+    ["East, north", `${number(east, 1)}, ${quantity(north, "m", 1)}`],
+    ["Up", quantity(up, "m", 1)],
     ["Detection", `score ${number(pose.detection.score, 2)}`],
   ];
 }
@@ -102,8 +155,4 @@ function fill(list: HTMLElement, facts: readonly Fact[]): void {
   list.replaceChildren(
     ...facts.flatMap(([name, value]) => [element("dt", "", name), element("dd", "", value)]),
   );
-}
-
-function inWords(code: string): string {
-  return code.replaceAll("_", " ");
 }

@@ -1,5 +1,6 @@
 /** Poses and reviews as the REST interface gives them (GET /poses, POST /poses/{id}/reviews). */
 import type { components } from "../api-types";
+import { correctionOf } from "./correction";
 import type { DrawnPose } from "../viewer/overlay/pose-overlay";
 import { boundsOf, union, type Point, type Rect } from "../viewer/view";
 
@@ -43,10 +44,13 @@ export function extent(pose: Pose): Rect {
 
 export function drawn(pose: Pose): DrawnPose {
   const { reported, dead_reckoned, corrected } = pose.segments_px;
+  const generated = points(pose.corners_in_image_px);
+  const byHand = correctionOf(pose)?.corners_in_image_px ?? null;
   return {
     id: pose.id,
     detection: detectionRect(pose),
-    corners: points(pose.corners_in_image_px),
+    corners: byHand === null ? generated : points(byHand),
+    generatedCorners: byHand === null ? null : generated,
     segments: {
       reported: points(reported),
       dead_reckoned: points(dead_reckoned),
@@ -65,6 +69,6 @@ export function poseAt(poses: readonly Pose[], [u, v]: Point): Pose | null {
   return under.sort((a, b) => area(extent(a)) - area(extent(b)))[0] ?? null;
 }
 
-function points(values: readonly MaybePoint[]): Point[] {
+export function points(values: readonly MaybePoint[]): Point[] {
   return values.map((value) => [value?.[0] ?? Number.NaN, value?.[1] ?? Number.NaN]);
 }

@@ -44,6 +44,10 @@ export class ReviewScreen {
       onSelect: (id) => {
         this.goTo(id);
       },
+      onPoseChanged: (pose) => {
+        this.session.put(pose);
+        this.show();
+      },
     });
     this.strip = new DecisionStrip(part(root, "strip"), (id) => {
       this.goTo(id);

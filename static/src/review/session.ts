@@ -42,6 +42,16 @@ export class ReviewSession {
     }
   }
 
+  /** A pose as the server has it now; one that is new stands behind the others. */
+  put(pose: Pose): void {
+    const index = this.indexById.get(pose.id);
+    if (index === undefined) {
+      this.append([pose]);
+    } else {
+      this.poses[index] = pose;
+    }
+  }
+
   get current(): Pose | null {
     return this.poses[this.at] ?? null;
   }

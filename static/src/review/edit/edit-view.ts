@@ -2,6 +2,7 @@
 import type { Camera } from "../../geometry/camera";
 import type { Distortion } from "../../geometry/distortion";
 import type { Mat3, Vec3 } from "../../geometry/vectors";
+import type { Correction } from "../correction";
 import type { LocalBox } from "./box";
 
 export interface EditCamera {
@@ -21,7 +22,9 @@ export interface EditView {
   readonly version: number;
   readonly camera: EditCamera;
   readonly generated: LocalBox;
+  /** The box that stands: the correction's, or the generated one. */
   readonly current: LocalBox;
+  readonly correction: Correction | null;
 }
 
 export function cameraOf(given: EditCamera): Camera {

@@ -9,6 +9,11 @@ export function polygonPath(points: readonly Point[], view: View): string {
   return `M${points.map((point) => at(point, view)).join("L")}Z`;
 }
 
+/** An open line through all its points. */
+export function linePath(points: readonly Point[], view: View): string {
+  return points.length < 2 ? "" : `M${points.map((point) => at(point, view)).join("L")}`;
+}
+
 export function segmentsPath(segments: readonly Segment[], view: View): string {
   return segments.map(([a, b]) => `M${at(a, view)}L${at(b, view)}`).join("");
 }

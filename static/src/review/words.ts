@@ -1,0 +1,49 @@
+/** What the codes of poses, vessels and marks say, in words a reviewer can act on. */
+import type { MissedReason } from "./surroundings";
+
+const FLAGS: ReadonlyMap<string, string> = new Map([
+  ["cut_left", "Cut by the left border: placed by its right side alone"],
+  ["cut_right", "Cut by the right border: placed by its left side alone"],
+  ["cut_bottom", "Cut by the lower border: the range is AIS's own"],
+  ["cut_top", "Cut by the upper border: it may be higher"],
+  ["no_length", "AIS gives no length"],
+  ["no_width", "AIS gives no width"],
+  ["no_height", "No height: the detection ends below the water plane"],
+]);
+
+const HEADING_SOURCES: ReadonlyMap<string, string> = new Map([
+  ["reported", "from its gyro or compass"],
+  ["course", "from its course over ground"],
+  ["held", "held from when it last moved"],
+]);
+
+/** Why a vessel known from AIS has no box. */
+const OUTCOMES: ReadonlyMap<string, string> = new Map([
+  ["matched", "has a box"],
+  ["no_position", "no position"],
+  ["no_heading", "no heading"],
+  ["report_too_old", "report too old"],
+  ["out_of_range", "too far away"],
+  ["behind_camera", "behind the camera"],
+  ["outside_image", "outside the image"],
+  ["no_detection_left", "no detection left"],
+  ["cost_too_high", "cost too high"],
+  ["size_unknown", "size unknown"],
+]);
+
+export const MISSED_WORDS: Readonly<Record<MissedReason, string>> = {
+  not_detected: "Not detected",
+  no_ais: "No AIS",
+  neither: "Neither",
+  cost_too_high: "Cost too high",
+};
+
+export const flagInWords = (code: string): string => FLAGS.get(code) ?? plain(code);
+export const headingSourceInWords = (code: string): string =>
+  HEADING_SOURCES.get(code) ?? plain(code);
+export const outcomeInWords = (code: string): string => OUTCOMES.get(code) ?? plain(code);
+
+/** A code nobody has put into words yet. */
+function plain(code: string): string {
+  return code.replaceAll("_", " ");
+}
