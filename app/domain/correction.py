@@ -18,6 +18,7 @@ from app.domain.arrays import FloatArray
 from app.domain.borders import CutEdges
 from app.domain.camera import Camera
 from app.domain.detection import Detection
+from app.domain.sighting import Sighting, VesselBox
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +92,24 @@ def correction_in_world(
 def height_m(planes: EdgePlanes, bottom_corners_in_world: FloatArray) -> float:
     """Find the height at which the first corner of the raised segment touches delta (paper, h)."""
     return float(planes.distances_m(planes.delta, bottom_corners_in_world).min())
+
+
+def paper_box(camera: Camera, sighting: Sighting) -> VesselBox:
+    """Build the box of a sighting as published (paper, b1 to b8)."""
+    segment = sighting.candidate.segment
+    planes = edge_planes(camera, sighting.detection, segment.vessel_axes_in_world[2])
+    bottom = segment.corners_in_world + correction_in_world(
+        planes, segment.corners_in_world, sighting.cut
+    )
+    height = height_m(planes, bottom)
+    return VesselBox(
+        vessel_axes_in_world=segment.vessel_axes_in_world,
+        heading_deg=sighting.candidate.state.heading_deg,
+        bottom_in_world=bottom,
+        top_from_bottom_m=-height * planes.delta,
+        height_m=height,
+        water_level_m=sighting.water_level_m,
+    )
 
 
 def _unit(vector: FloatArray) -> FloatArray:

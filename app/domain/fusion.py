@@ -1,9 +1,10 @@
-"""From detections and vessel states of one image to 6D poses: preset `paper`.
+"""From detections and vessel states to 6D poses.
 
-The method's five stages meet here: the vessels that can be in the picture (candidates), the
-detection each of them belongs to (matching), the shift of its plane segment under the detection
-and the height of its box (correction). Whatever does not become a pose is accounted for: a
-detection as unmatched, a vessel with the reason.
+The method's stages meet here: the vessels that can be in the picture (candidates), the detection
+each of them belongs to (matching), and the box that stands there. Preset `paper` makes each box by
+itself (correction); preset `waterline` makes those of a while together, since they stand on the
+same water. Whatever does not become a pose is accounted for: a detection as unmatched, a vessel
+with the reason.
 """
 
 from collections.abc import Sequence
@@ -16,15 +17,40 @@ from app.domain.arrays import FloatArray
 from app.domain.borders import CutEdges, cut_edges
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate, UnmatchedReason, candidate_or_reason
-from app.domain.correction import correction_in_world, edge_planes, height_m
+from app.domain.correction import paper_box
 from app.domain.detection import Detection
 from app.domain.fusion_settings import FusionSettings, Preset
 from app.domain.geodesy import WorldFrame
-from app.domain.matching import Cost, match
+from app.domain.matching import match
 from app.domain.rotations import rotvec_from_matrix
+from app.domain.sighting import Sighting, VesselBox
 from app.domain.vessel_state import VesselState
+from app.domain.waterline import waterline_boxes
 
-__all__ = ["FusedPose", "FusionResult", "FusionSettings", "Preset", "UnmatchedReason", "fuse"]
+__all__ = [
+    "FusedPose",
+    "FusionResult",
+    "FusionSettings",
+    "Preset",
+    "SeenImage",
+    "UnmatchedReason",
+    "fuse",
+    "fuse_series",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class SeenImage:
+    """One image of a viewport: its detections, the vessel states at its time, and the water.
+
+    `water_level_m` is the ellipsoidal height of the water as it is known beforehand; `at_s` is the
+    image's time in seconds from any moment that all images of a series share.
+    """
+
+    detections: Sequence[Detection]
+    states: Sequence[VesselState]
+    water_level_m: float
+    at_s: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +63,9 @@ class FusedPose:
     columns are the vessel's forward, port and up axes in the camera frame; with the centroid
     (the mean of the eight corners) it is the 6D pose. `correction_in_enu_m` (3,) is how far the
     AIS segment was moved east, north and up. `height_m` is not rounded. `cost_terms` are the
-    parts of `cost`. `flags`: see `pose_flags`.
+    parts of `cost`. `flags`: see `pose_flags`. `water_level_m` is the height of the box's bottom
+    as estimated or given. Preset `waterline` tells how sure it is: `position_covariance_in_enu_m2`
+    (3, 3) of the bottom's middle, and one sigma of heading and height; None from `paper`.
     """
 
     detection_index: int
@@ -47,9 +75,14 @@ class FusedPose:
     centroid_in_world: FloatArray
     centroid_in_cam_m: FloatArray
     rotvec_cam_from_vessel: FloatArray
+    heading_deg: float
     length_m: float
     width_m: float
     height_m: float
+    water_level_m: float
+    position_covariance_in_enu_m2: FloatArray | None
+    heading_sigma_deg: float | None
+    height_sigma_m: float | None
     corners_in_world: FloatArray
     corners_in_image_px: FloatArray
     segment_reported_px: FloatArray
@@ -84,19 +117,60 @@ def fuse(
     `camera` stands in `frame`; `water_level_m` is the ellipsoidal height of the water. Raises
     ValueError naming the detection whose box is empty or not finite.
     """
-    for index, detection in enumerate(detections):
+    image = SeenImage(detections, states, water_level_m)
+    return fuse_series(camera, frame, [image], settings)[0]
+
+
+def fuse_series(
+    camera: Camera, frame: WorldFrame, images: Sequence[SeenImage], settings: FusionSettings
+) -> list[FusionResult]:
+    """Do what `fuse` does for several images of one viewport, in any order.
+
+    Preset `waterline` takes the water to be the same within `level_window_s`; more images of that
+    time make each pose better. Raises ValueError as `fuse` does.
+    """
+    matched = [_matched(camera, frame, image, settings) for image in images]
+    poses: list[list[FusedPose]] = [[] for _ in images]
+    if settings.preset is Preset.PAPER:
+        for found, image in zip(poses, matched, strict=True):
+            found += [_pose(camera, pair, paper_box(camera, pair)) for pair in image.pairs]
+    else:
+        for window in _windows(images, settings.level_window_s):
+            of_image = [(index, pair) for index in window for pair in matched[index].pairs]
+            sightings = [pair for _, pair in of_image]
+            boxes = waterline_boxes(camera, sightings, settings)
+            for (index, pair), box in zip(of_image, boxes, strict=True):
+                poses[index].append(_pose(camera, pair, box))
+    return [
+        _accounted(image, found, result)
+        for image, found, result in zip(images, poses, matched, strict=True)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Matched:
+    """What matching says of one image: pairs to make boxes of, and why states are in none."""
+
+    pairs: list[Sighting]
+    unmatched_states: dict[int, str]
+
+
+def _matched(
+    camera: Camera, frame: WorldFrame, image: SeenImage, settings: FusionSettings
+) -> _Matched:
+    for index, detection in enumerate(image.detections):
         _require_box(index, detection)
     candidates: list[Candidate] = []
-    unmatched_states: dict[int, str] = {}
-    for index, state in enumerate(states):
-        placed = candidate_or_reason(index, state, camera, frame, water_level_m, settings)
+    unmatched: dict[int, str] = {}
+    for index, state in enumerate(image.states):
+        placed = candidate_or_reason(index, state, camera, frame, image.water_level_m, settings)
         if isinstance(placed, Candidate):
             candidates.append(placed)
         else:
-            unmatched_states[index] = placed
-    poses: list[FusedPose] = []
+            unmatched[index] = placed
+    pairs: list[Sighting] = []
     reasons = dict.fromkeys(range(len(candidates)), UnmatchedReason.NO_DETECTION_LEFT)
-    for pair in match(detections, candidates, camera.intrinsics, settings):
+    for pair in match(image.detections, candidates, camera.intrinsics, settings):
         candidate = candidates[pair.candidate]
         if pair.cost.total > settings.maximum_cost:
             reasons[pair.candidate] = UnmatchedReason.COST_TOO_HIGH
@@ -104,16 +178,33 @@ def fuse(
             reasons[pair.candidate] = UnmatchedReason.SIZE_UNKNOWN
         else:
             del reasons[pair.candidate]
-            detection = detections[pair.detection]
+            detection = image.detections[pair.detection]
             cut = cut_edges(detection, camera.intrinsics, settings.border_tolerance_px)
-            poses.append(_pose(camera, (pair.detection, detection), candidate, cut, pair.cost))
-    unmatched_states |= {candidates[i].state_index: reason for i, reason in reasons.items()}
+            pairs.append(
+                Sighting(candidate, pair.detection, detection, cut, pair.cost, image.water_level_m)
+            )
+    unmatched |= {candidates[i].state_index: reason for i, reason in reasons.items()}
+    return _Matched(pairs, unmatched)
+
+
+def _accounted(image: SeenImage, poses: list[FusedPose], matched: _Matched) -> FusionResult:
     used = {pose.detection_index for pose in poses}
     return FusionResult(
         poses=poses,
-        unmatched_detections=[i for i in range(len(detections)) if i not in used],
-        unmatched_states=dict(sorted(unmatched_states.items())),
+        unmatched_detections=[i for i in range(len(image.detections)) if i not in used],
+        unmatched_states=dict(sorted(matched.unmatched_states.items())),
     )
+
+
+def _windows(images: Sequence[SeenImage], window_s: float) -> list[list[int]]:
+    """Split images, by index, into windows of time during which the water stands still."""
+    windows: list[list[int]] = []
+    for index in sorted(range(len(images)), key=lambda index: images[index].at_s):
+        if windows and images[index].at_s - images[windows[-1][0]].at_s <= window_s:
+            windows[-1].append(index)
+        else:
+            windows.append([index])
+    return windows
 
 
 def pose_flags(cut: CutEdges, state: VesselState, box_height_m: float) -> list[str]:
@@ -136,42 +227,37 @@ def pose_flags(cut: CutEdges, state: VesselState, box_height_m: float) -> list[s
     return [flag for flag, holds in conditions.items() if holds]
 
 
-def _pose(
-    camera: Camera,
-    numbered_detection: tuple[int, Detection],
-    candidate: Candidate,
-    cut: CutEdges,
-    cost: Cost,
-) -> FusedPose:
-    """Build the 3D box of a matched pair (paper, b1 to b8)."""
-    detection_index, detection = numbered_detection
-    segment = candidate.segment
-    planes = edge_planes(camera, detection, segment.vessel_axes_in_world[2])
-    shift = correction_in_world(planes, segment.corners_in_world, cut)
-    bottom = segment.corners_in_world + shift
-    height = height_m(planes, bottom)
-    corners = np.vstack([bottom, bottom - height * planes.delta])
+def _pose(camera: Camera, pair: Sighting, box: VesselBox) -> FusedPose:
+    """Say all there is to say of the box that stands where a pair was found."""
+    candidate, segment = pair.candidate, pair.candidate.segment
+    corners = np.vstack([box.bottom_in_world, box.bottom_in_world + box.top_from_bottom_m])
     centroid = corners.mean(axis=0)
     # The vessel's axes are the columns of the rotation from the vessel's frame.
-    R_cam_from_vessel = camera.R_cam_from_world @ segment.vessel_axes_in_world.T
+    R_cam_from_vessel = camera.R_cam_from_world @ box.vessel_axes_in_world.T
+    shift = (box.bottom_in_world - segment.corners_in_world).mean(axis=0)
     return FusedPose(
-        detection_index=detection_index,
+        detection_index=pair.detection_index,
         state_index=candidate.state_index,
-        cost=cost.total,
-        cost_terms=cost.terms(),
+        cost=pair.cost.total,
+        cost_terms=pair.cost.terms(),
         centroid_in_world=centroid,
         centroid_in_cam_m=camera.to_cam(centroid)[0],
         rotvec_cam_from_vessel=rotvec_from_matrix(R_cam_from_vessel),
+        heading_deg=box.heading_deg,
         length_m=candidate.state.length_m,
         width_m=candidate.state.width_m,
-        height_m=height,
+        height_m=box.height_m,
+        water_level_m=box.water_level_m,
+        position_covariance_in_enu_m2=box.position_covariance_in_enu_m2,
+        heading_sigma_deg=box.heading_sigma_deg,
+        height_sigma_m=box.height_sigma_m,
         corners_in_world=corners,
         corners_in_image_px=camera.project(corners),
         segment_reported_px=camera.project(segment.reported_corners_in_world),
         segment_dead_reckoned_px=camera.project(segment.corners_in_world),
-        segment_corrected_px=camera.project(bottom),
+        segment_corrected_px=camera.project(box.bottom_in_world),
         correction_in_enu_m=segment.enu_axes_in_world @ shift,
-        flags=pose_flags(cut, candidate.state, height),
+        flags=pose_flags(pair.cut, candidate.state, box.height_m),
     )
 
 

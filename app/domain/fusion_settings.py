@@ -12,6 +12,7 @@ class Preset(StrEnum):
     """The estimators of fusion."""
 
     PAPER = "paper"  # the published behaviour, reproduced exactly
+    WATERLINE = "waterline"  # all ships of a while on one water surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,11 @@ class FusionSettings:
     maximum_report_age_s: float = 60.0
     maximum_range_m: float = 3000.0  # from the camera to the antenna
     image_margin: float = 0.5  # of the image's width: candidates may lie this far outside
+    # Preset `waterline` only: one sigma of what it estimates beside the vessels, and of box edges.
+    level_sigma_m: float = 1.0  # of the water against the given level
+    level_window_s: float = 1800.0  # for so long the water counts as standing still
+    rotation_sigma_deg: float = 0.05  # of the registered camera, pitch and yaw each
+    box_sigma_px: float = 1.2
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -42,6 +48,10 @@ class FusionSettings:
             ("maximum_report_age_s", 0.0, float("inf")),
             ("maximum_range_m", 0.0, float("inf")),
             ("image_margin", 0.0, 10.0),
+            ("level_sigma_m", 1e-6, float("inf")),
+            ("level_window_s", 0.0, float("inf")),
+            ("rotation_sigma_deg", 1e-6, 45.0),
+            ("box_sigma_px", 1e-3, float("inf")),
         ):
             value = getattr(self, name)
             if isnan(value) or not low <= value <= high:

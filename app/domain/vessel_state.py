@@ -25,7 +25,8 @@ class VesselState:
     `lat_deg`, `lon_deg` (WGS84) are the antenna position of the report. `speed_kn` for `age_s`
     seconds along `heading_deg` (paper, dead reckoning) leads to the image time; a state already
     interpolated to the image time has `age_s` 0. The four distances are the AIS reference point
-    A, B, C, D (ITU-R M.1371, message 5) in metres.
+    A, B, C, D (ITU-R M.1371, message 5) in metres. The sigmas are one deviation of the place at the
+    image time, east and north each, and of the heading.
     """
 
     identifier: str
@@ -40,6 +41,8 @@ class VesselState:
     to_starboard_m: float
     heading_source: HeadingSource = HeadingSource.REPORTED
     report_ids: tuple[int, ...] = field(default=())
+    position_sigma_m: float = 5.0
+    heading_sigma_deg: float = 3.0
 
     @property
     def length_m(self) -> float:

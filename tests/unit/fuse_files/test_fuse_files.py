@@ -180,5 +180,5 @@ def test_a_missing_file_and_an_unknown_preset_are_refused(
     """What cannot be done is said before anything is computed."""
     with pytest.raises(PublishedFileError, match="No such file"):
         fuse_files(camera_path, tmp_path / "absent.json")
-    with pytest.raises(PublishedFileError, match=r"waterline.*paper"):
-        fuse_files(camera_path, write("label.json", label), preset="waterline")
+    with pytest.raises(PublishedFileError, match=r"tideline.*paper, waterline"):
+        fuse_files(camera_path, write("label.json", label), preset="tideline")

@@ -1,0 +1,282 @@
+"""Preset `waterline`: where all ships of a while stand on one water surface.
+
+A detection's lower edge tells a ship's range only together with the height of the water, and the
+published method puts both errors into one vertical shift. But the water is the same for all ships
+that a viewport sees within some minutes, and so is the small error of the camera's rotation. Here
+all of them are found together, as the most probable values given everything at hand:
+
+* each ship's shift over the water and turn, with the uncertainty of its AIS state as prior;
+* the water's height against the given level, and the camera's pitch and yaw, with priors too;
+* three pieces of evidence a ship: the middle between the detection's side edges, their distance,
+  and the lower edge, each seen by the outline of a hull instead of a rectangle's corners.
+
+This is a Gauss-Newton iteration with an arrowhead system: 3 unknowns a ship and 3 shared ones, the
+ships eliminated first (Schur complement). With few ships the priors hold the shared unknowns back;
+one ship alone cannot tell its range from the water's height, and its covariance says so. The boxes
+stand where the camera shows them, so they fit the image although its rotation is a little off.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import radians, sqrt
+
+import numpy as np
+
+from app.domain.arrays import FloatArray
+from app.domain.borders import CutEdges
+from app.domain.camera import Camera
+from app.domain.correction import edge_planes
+from app.domain.detection import Detection
+from app.domain.fusion_settings import FusionSettings
+from app.domain.hull_outline import unit_outline
+from app.domain.sighting import Sighting, VesselBox
+
+ROUNDS = 5
+# Detections count from the image's edge, geometry from the centre of its first pixel.
+HALF_PIXEL = 0.5
+# Shape noise: hulls that differ from the outline, superstructures that lean over the sides.
+_MIDDLE_SHARE = 0.012  # of the box's width
+_WIDTH_SHARE = 0.08
+_LOWER_EDGE_M = 0.1  # bow waves and dark boot tops hide the waterline
+_TOP_M = 0.2  # masts a detector overlooks
+# Evidence more than so many sigmas off counts less for what all ships share.
+_SUSPICIOUS = 2.5
+
+
+def waterline_boxes(
+    camera: Camera, sightings: Sequence[Sighting], settings: FusionSettings
+) -> list[VesselBox]:
+    """Find the boxes of all sightings of one viewport within one time window, in their order."""
+    if not sightings:
+        return []
+    problem = _Problem(camera, sightings, settings)
+    solution = _solve(problem)
+    return [_box(problem, solution, index) for index in range(len(sightings))]
+
+
+class _Problem:
+    """All sightings of a window as stacked arrays: n ships, 3 kinds of evidence, m outline points.
+
+    Ships have the unknowns east_m, north_m and turn (rad, clockwise); all share level_m,
+    pitch (rad) and yaw (rad).
+    """
+
+    def __init__(
+        self, camera: Camera, sightings: Sequence[Sighting], settings: FusionSettings
+    ) -> None:
+        segments = [sighting.candidate.segment for sighting in sightings]
+        states = [sighting.candidate.state for sighting in sightings]
+        planes = [
+            edge_planes(camera, _centred(s.detection), segment.vessel_axes_in_world[2])
+            for s, segment in zip(sightings, segments, strict=True)
+        ]
+        self.sightings = sightings
+        self.center_in_world = camera.center_in_world
+        self.focal_px = sqrt(camera.intrinsics.K[0, 0] * camera.intrinsics.K[1, 1])
+        self.box_sigma_px = settings.box_sigma_px
+        self.alpha_beta_gamma = np.array([[p.alpha, p.beta, p.gamma] for p in planes])
+        self.delta = np.array([p.delta for p in planes])
+        axes = np.array([segment.vessel_axes_in_world for segment in segments])
+        self.forward, self.port, self.up = axes[:, 0], axes[:, 1], axes[:, 2]
+        self.enu = np.array([segment.enu_axes_in_world for segment in segments])
+        corners = np.array([segment.corners_in_world for segment in segments])
+        self.middle = corners.mean(axis=1)
+        away = self.middle - self.center_in_world
+        self.range_m = np.linalg.norm(away, axis=1)
+        right = np.cross(away, self.up)
+        self.right = right / np.linalg.norm(right, axis=1, keepdims=True)
+        sizes = np.array([[state.length_m, state.width_m] for state in states])
+        self.half_sizes = sizes / 2
+        self.outline = unit_outline() * sizes[:, None]
+        self.mixing, self.evidence_weight = self._evidence(sightings)
+        position = np.array([state.position_sigma_m for state in states])
+        heading = np.radians([state.heading_sigma_deg for state in states])
+        self.prior = np.column_stack([position, position, heading]) ** -2.0
+        rotation = radians(settings.rotation_sigma_deg)
+        self.shared_prior = np.array([settings.level_sigma_m, rotation, rotation]) ** -2.0
+        # The error of a ship's AIS is one, however many images show it.
+        counts = Counter(state.identifier for state in states)
+        self.share = np.array([1 / counts[state.identifier] for state in states])
+
+    def _evidence(self, sightings: Sequence[Sighting]) -> tuple[FloatArray, FloatArray]:
+        """Return how edges mix into evidence (n, 3, 3), and its weights (n, 3) in rad^-2."""
+        mixing = np.array([_mixing(sighting.cut) for sighting in sightings])
+        width_px = np.array([s.detection.x2_px - s.detection.x1_px for s in sightings])
+        one_side = np.array([s.cut.sideways for s in sightings])
+        edge_px = self.box_sigma_px
+        middle_share = np.where(one_side, _WIDTH_SHARE / 2, _MIDDLE_SHARE)
+        sigma_px = np.column_stack(
+            [
+                np.hypot(edge_px / np.where(one_side, 1.0, sqrt(2)), middle_share * width_px),
+                np.hypot(edge_px * sqrt(2), _WIDTH_SHARE * width_px),
+                np.hypot(edge_px, _LOWER_EDGE_M * self.focal_px / self.range_m),
+            ]
+        )
+        return mixing, (self.focal_px / sigma_px) ** 2
+
+    def turned(self, turn_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return forward and port (n, 3) after a clockwise turn (n,)."""
+        cos, sin = np.cos(turn_rad)[:, None], np.sin(turn_rad)[:, None]
+        return cos * self.forward - sin * self.port, sin * self.forward + cos * self.port
+
+    def middles(self, own: FloatArray, shared: FloatArray) -> FloatArray:
+        """Return the middles of the waterplanes (n, 3) as the camera shows them."""
+        level_m, pitch, yaw = shared
+        return np.asarray(
+            self.middle
+            + own[:, :1] * self.enu[:, 0]
+            + own[:, 1:2] * self.enu[:, 1]
+            + (level_m + pitch * self.range_m)[:, None] * self.up
+            + (yaw * self.range_m)[:, None] * self.right
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """Unknowns of the ships (n, 3), the shared ones (3,), and the covariances of all (n, 6, 6)."""
+
+    own: FloatArray
+    shared: FloatArray
+    covariance: FloatArray
+
+
+def _solve(problem: _Problem) -> _Solution:
+    count = len(problem.sightings)
+    own, shared = np.zeros((count, 3)), np.zeros(3)
+    for _ in range(ROUNDS):
+        residual, by_own, by_shared = _linearised(problem, own, shared)
+        weight = problem.evidence_weight
+        weighted = by_own * weight[..., None]
+        A = np.swapaxes(weighted, 1, 2) @ by_own + problem.prior[:, None] * np.eye(3)
+        B = np.swapaxes(weighted, 1, 2) @ by_shared
+        D = np.swapaxes(by_shared * weight[..., None], 1, 2) @ by_shared
+        own_slope = (weighted * residual[..., None]).sum(axis=1) + problem.prior * own
+        all_slopes = ((by_shared * weight[..., None]) * residual[..., None]).sum(axis=1)
+        A_inverse = np.linalg.inv(A)
+        gain = A_inverse @ B
+        # Schur complement: what the ships leave to be known of the shared unknowns.
+        share = (problem.share * _trust(problem, residual, by_own, own))[:, None]
+        information = np.diag(problem.shared_prior) + (
+            share[..., None] * (D - np.swapaxes(B, 1, 2) @ gain)
+        ).sum(axis=0)
+        slope = problem.shared_prior * shared + (
+            share * (all_slopes - (np.swapaxes(gain, 1, 2) @ own_slope[..., None])[..., 0])
+        ).sum(axis=0)
+        shared_step = -np.linalg.solve(information, slope)
+        own = own - (A_inverse @ own_slope[..., None])[..., 0] - gain @ shared_step
+        shared = shared + shared_step
+    shared_covariance = np.linalg.inv(information)
+    covariance = np.empty((count, 6, 6))
+    covariance[:, :3, :3] = A_inverse + gain @ shared_covariance @ np.swapaxes(gain, 1, 2)
+    covariance[:, 3:, 3:] = shared_covariance
+    covariance[:, :3, 3:] = -gain @ shared_covariance
+    covariance[:, 3:, :3] = np.swapaxes(covariance[:, :3, 3:], 1, 2)
+    return _Solution(own, shared, covariance)
+
+
+def _trust(
+    problem: _Problem, residual: FloatArray, by_own: FloatArray, own: FloatArray
+) -> FloatArray:
+    """Return how much each ship (n,) may say of the shared unknowns: little when all is amiss.
+
+    A ship whose evidence cannot be reconciled with its AIS state is probably another ship.
+    """
+    innovation = residual - (by_own @ own[..., None])[..., 0]
+    expected = (by_own**2 / problem.prior[:, None]).sum(axis=2) + 1 / problem.evidence_weight
+    deviation = np.abs(innovation / np.sqrt(expected)).max(axis=1)
+    return np.asarray(1 / np.maximum(1.0, deviation / _SUSPICIOUS) ** 2)
+
+
+def _linearised(
+    problem: _Problem, own: FloatArray, shared: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return residuals (n, 3) in rad and their slopes by own and shared unknowns (n, 3, 3)."""
+    forward, port = problem.turned(own[:, 2])
+    along, across = problem.outline[..., :1], problem.outline[..., 1:]
+    away = (problem.middles(own, shared) - problem.center_in_world)[:, None]
+    points = away + along * forward[:, None] + across * port[:, None]
+    turning = across * forward[:, None] - along * port[:, None]
+    normals = problem.alpha_beta_gamma
+    distances = points @ np.swapaxes(normals, 1, 2)
+    # The paper's extreme corners: the leftmost, the rightmost and the lowest point.
+    extreme = np.stack(
+        [distances[..., 0].argmax(1), distances[..., 1].argmin(1), distances[..., 2].argmax(1)], 1
+    )
+    ship = np.arange(len(extreme))[:, None]
+    gap = np.stack([distances[ship[:, 0], extreme[:, edge], edge] for edge in range(3)], 1)
+    by_turn = (normals * turning[ship, extreme]).sum(axis=2)
+    by_place = normals @ np.swapaxes(problem.enu[:, :2], 1, 2)
+    by_level = (normals @ problem.up[..., None])[..., 0]
+    by_right = (normals @ problem.right[..., None])[..., 0]
+    per_m = 1 / problem.range_m[:, None]
+    mixed = problem.mixing * per_m[..., None]
+    by_own = mixed @ np.concatenate([by_place, by_turn[..., None]], axis=2)
+    by_shared = mixed @ np.stack([by_level, by_level / per_m, by_right / per_m], axis=2)
+    return (mixed @ gap[..., None])[..., 0], by_own, by_shared
+
+
+def _mixing(cut: CutEdges) -> list[list[float]]:
+    """Return how the gaps at the left, right and lower edge make up middle, width and lower edge.
+
+    An edge that is the image's border says nothing; the other side then counts alone, as in the
+    paper, and there is no width.
+    """
+    left, right = float(not cut.left), float(not cut.right)
+    sides = max(1.0, left + right)
+    both = left * right
+    return [
+        [left / sides, right / sides, 0.0],
+        [both, -both, 0.0],
+        [0.0, 0.0, float(not cut.bottom)],
+    ]
+
+
+def _centred(detection: Detection) -> Detection:
+    """Return a detection counted from the centre of the first pixel, as lines of sight are."""
+    return Detection(
+        detection.x1_px - HALF_PIXEL,
+        detection.y1_px - HALF_PIXEL,
+        detection.x2_px - HALF_PIXEL,
+        detection.y2_px - HALF_PIXEL,
+        detection.score,
+        detection.class_id,
+    )
+
+
+def _box(problem: _Problem, solution: _Solution, index: int) -> VesselBox:
+    """Raise a ship's corners from the water to the upper edge of its detection."""
+    forward, port = (axis[index] for axis in problem.turned(solution.own[:, 2]))
+    up, delta = problem.up[index], problem.delta[index]
+    middle = problem.middles(solution.own, solution.shared)[index]
+    half_length, half_width = problem.half_sizes[index]
+    bottom = np.array(
+        [
+            middle + x * half_length * forward + y * half_width * port
+            for x, y in ((1, 1), (1, -1), (-1, -1), (-1, 1))
+        ]
+    )
+    # Masts stand amidships rather than at a corner: the middle is raised until it touches delta.
+    height_m = float(-delta @ (middle - problem.center_in_world) / (delta @ up))
+    range_m = problem.range_m[index]
+    to_enu = np.zeros((3, 6))
+    to_enu[0, 0] = to_enu[1, 1] = 1.0
+    to_enu[2, 3], to_enu[2, 4] = 1.0, range_m
+    to_enu[:, 5] = range_m * problem.enu[index] @ problem.right[index]
+    covariance = to_enu @ solution.covariance[index] @ to_enu.T
+    by_place = -(problem.enu[index] @ delta) / (delta @ up)
+    edge_m = problem.box_sigma_px * range_m / problem.focal_px
+    level_m, pitch, _ = solution.shared
+    sighting = problem.sightings[index]
+    state = sighting.candidate.state
+    return VesselBox(
+        vessel_axes_in_world=np.vstack([forward, port, up]),
+        heading_deg=float((state.heading_deg + np.degrees(solution.own[index, 2])) % 360),
+        bottom_in_world=bottom,
+        top_from_bottom_m=height_m * up,
+        height_m=height_m,
+        water_level_m=float(sighting.water_level_m + level_m + pitch * range_m),
+        position_covariance_in_enu_m2=covariance,
+        heading_sigma_deg=float(np.degrees(np.sqrt(solution.covariance[index, 2, 2]))),
+        height_sigma_m=float(np.sqrt(by_place @ covariance @ by_place + edge_m**2 + _TOP_M**2)),
+    )

@@ -1,0 +1,214 @@
+"""Preset `waterline`: one water surface for all ships, on hulls that it was not built from."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.domain.camera import Camera
+from app.domain.detection import Detection
+from app.domain.fusion import FusedPose, FusionSettings, Preset, SeenImage, fuse, fuse_series
+from app.domain.geodesy import EnuFrame
+from app.domain.metrics import BoxPose, PoseError, pose_error
+from app.domain.vessel_state import VesselState
+from app.simulation.roadstead import FRAME, Anchored, Roadstead, RoadsteadSettings, make_roadstead
+
+State = Callable[..., VesselState]
+Box = Callable[..., Detection]
+PAPER = FusionSettings(maximum_cost=9.0)
+WATERLINE = FusionSettings(preset=Preset.WATERLINE, maximum_cost=9.0)
+
+
+def images_of(ships: Sequence[Anchored]) -> list[SeenImage]:
+    """Give each ship an image of its own, a second apart: matching cannot go wrong."""
+    return [SeenImage([ship.detection], [ship.state], 0.0, at) for at, ship in enumerate(ships)]
+
+
+def poses_of(camera: Camera, images: Sequence[SeenImage], how: FusionSettings) -> list[FusedPose]:
+    """Fuse images with one ship each."""
+    results = fuse_series(camera, FRAME, images, how)
+    return [pose for result in results for pose in result.poses]
+
+
+def errors_of(seed: int, how: FusionSettings, **changes: float) -> list[PoseError]:
+    """Give the errors of all poses of a roadstead in the camera's frame."""
+    stead = make_roadstead(seed, replace(RoadsteadSettings(), **changes))  # type: ignore[arg-type]  # numbers
+    poses = poses_of(stead.camera, images_of(stead.ships), how)
+    return [
+        pose_error(box_pose(pose), ship.truth)
+        for pose, ship in zip(poses, stead.ships, strict=True)
+    ]
+
+
+def box_pose(pose: FusedPose) -> BoxPose:
+    """Give a generated pose as a box."""
+    return BoxPose(
+        pose.centroid_in_cam_m,
+        pose.rotvec_cam_from_vessel,
+        pose.length_m,
+        pose.width_m,
+        pose.height_m,
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "horizontal", "add_s"),
+    [
+        ({}, 0.62, 0.68),
+        ({"rotation_sigma_deg": 0.1}, 0.75, 0.8),
+        ({"ships": 5}, 0.8, 0.9),
+    ],
+)
+def test_errors_fall_against_the_papers(
+    changes: dict[str, float], horizontal: float, add_s: float
+) -> None:
+    """On unseen hulls the mean errors are below these shares of preset `paper`'s."""
+    seeds = range(12 if "ships" not in changes else 24)
+    paper = [error for seed in seeds for error in errors_of(seed, PAPER, **changes)]
+    ours = [error for seed in seeds for error in errors_of(seed, WATERLINE, **changes)]
+
+    def share(name: str) -> float:
+        ratio = np.mean(np.abs([getattr(e, name) for e in ours])) / np.mean(
+            np.abs([getattr(e, name) for e in paper])
+        )
+        return float(ratio)
+
+    assert share("horizontal_m") < horizontal
+    assert share("add_s_m") < add_s
+    assert share("height_m") < 0.6
+    assert share("heading_deg") < 1
+
+
+def test_the_water_level_is_found() -> None:
+    """From twenty ships and a camera that is known the level comes out within 15 cm."""
+    known_camera = replace(WATERLINE, rotation_sigma_deg=0.01)
+    for seed in range(6):
+        stead = make_roadstead(seed)
+        poses = poses_of(stead.camera, images_of(stead.ships), known_camera)
+        levels = [pose.water_level_m for pose in poses]
+        assert np.median(levels) == pytest.approx(stead.water_level_m, abs=0.15)
+
+
+def test_its_covariance_is_honest() -> None:
+    """Squared errors in units of the covariance have the median they should have, within 30 %."""
+    changes = {"rotation_sigma_deg": 0.1}
+    normalised = []
+    for seed in range(40, 60):
+        stead = make_roadstead(seed, replace(RoadsteadSettings(), **changes))  # type: ignore[arg-type]  # numbers
+        poses = poses_of(stead.camera, images_of(stead.ships), WATERLINE)
+        for pose, ship in zip(poses, stead.ships, strict=True):
+            off = stead.camera.R_cam_from_world.T @ (
+                pose.centroid_in_cam_m - ship.truth.centroid_in_cam_m
+            )
+            assert pose.position_covariance_in_enu_m2 is not None
+            covariance = pose.position_covariance_in_enu_m2[:2, :2]
+            normalised.append(off[:2] @ np.linalg.solve(covariance, off[:2]))
+    assert np.median(normalised) == pytest.approx(1.386, rel=0.3)  # chi-square, 2 degrees
+
+
+def test_one_ship_alone_knows_its_range_less() -> None:
+    """With others beside it a ship's position is more certain than alone."""
+    stead = make_roadstead(3)
+    together = poses_of(stead.camera, images_of(stead.ships), WATERLINE)
+    alone = poses_of(stead.camera, images_of(stead.ships[:1]), WATERLINE)
+    assert variance(together[0]) < 0.5 * variance(alone[0])
+
+
+def variance(pose: FusedPose) -> float:
+    """Give the larger horizontal variance of a pose."""
+    assert pose.position_covariance_in_enu_m2 is not None
+    return float(np.linalg.eigvalsh(pose.position_covariance_in_enu_m2[:2, :2])[-1])
+
+
+def test_images_of_other_hours_share_no_water() -> None:
+    """Beyond the window a ship's pose is what it is without the others."""
+    stead = make_roadstead(5)
+    images = images_of(stead.ships)
+    late = replace(images[0], at_s=WATERLINE.level_window_s * 3)
+    mixed = poses_of(stead.camera, [late, *images[1:]], WATERLINE)
+    alone = poses_of(stead.camera, [late], WATERLINE)
+    np.testing.assert_allclose(mixed[0].centroid_in_world, alone[0].centroid_in_world, atol=1e-9)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.permutations(range(12)))
+def test_the_order_of_images_does_not_matter(order: list[int]) -> None:
+    """Images in any order give the same poses."""
+    stead = make_roadstead(7, RoadsteadSettings(ships=12))
+    images = images_of(stead.ships)
+    straight = poses_of(stead.camera, images, WATERLINE)
+    shuffled = poses_of(stead.camera, [images[index] for index in order], WATERLINE)
+    for place, index in enumerate(order):
+        np.testing.assert_allclose(
+            shuffled[place].centroid_in_world, straight[index].centroid_in_world, atol=1e-6
+        )
+
+
+def test_a_ship_seen_often_counts_once() -> None:
+    """Ten images of one ship and its one AIS error move the water no more than two do."""
+    stead = make_roadstead(11)
+    (ship,) = stead.ships[:1]
+    state = replace(ship.state, identifier="same")
+    often = [SeenImage([ship.detection], [state], 0.0, at) for at in range(10)]
+    twice = often[:2]
+    levels = [
+        poses_of(stead.camera, images, WATERLINE)[0].water_level_m for images in (often, twice)
+    ]
+    assert levels[0] == pytest.approx(levels[1], abs=1e-6)
+
+
+def test_a_wrong_match_does_not_drag_the_others() -> None:
+    """With one ship 60 m off its place the others stand as if it were not there."""
+    stead = make_roadstead(13)
+    images = images_of(stead.ships)
+    wrong = moved(stead, stead.ships[0], north_m=60)
+    clean = poses_of(stead.camera, images[1:], WATERLINE)
+    spoilt = poses_of(stead.camera, [wrong, *images[1:]], WATERLINE)[1:]
+    shifts = [
+        np.linalg.norm(a.centroid_in_world - b.centroid_in_world)
+        for a, b in zip(clean, spoilt, strict=True)
+    ]
+    assert np.median(shifts) < 0.2
+
+
+def moved(stead: Roadstead, ship: Anchored, north_m: float) -> SeenImage:
+    """Give a ship's image with its AIS position moved north."""
+    state = ship.state
+    place = FRAME.position(state.lat_deg, state.lon_deg, 0.0) + np.array([0.0, north_m, 0.0])
+    there = FRAME.geodetic(place)
+    assert stead.ships
+    return SeenImage(
+        [ship.detection],
+        [replace(state, lat_deg=there.lat_deg, lon_deg=there.lon_deg)],
+        0.0,
+    )
+
+
+def test_a_cut_lower_edge_leaves_the_depth_to_ais(
+    camera: Camera, frame: EnuFrame, vessel: State, box_of: Box
+) -> None:
+    """Below the image's border nothing tells the range: it stays as reported, flagged."""
+    state = vessel(0, 115)
+    box = replace(box_of(state), y2_px=1919.0)
+    (pose,) = fuse(camera, frame, 0.0, [box], [state], WATERLINE).poses
+    assert pose.flags == ["cut_bottom"]
+    assert abs(pose.correction_in_enu_m[1]) < 1
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_side_cut_by_the_border_pulls_nothing(
+    camera: Camera, frame: EnuFrame, vessel: State, box_of: Box, side: str
+) -> None:
+    """A ship leaving the frame is placed by the edge that is its own."""
+    east_m = -96 if side == "left" else 96
+    truth = vessel(east_m, 300)
+    whole = box_of(truth)
+    shown = replace(whole, x1_px=max(whole.x1_px, 0.0), x2_px=min(whole.x2_px, 2560.0))
+    assert shown != whole
+    reported = vessel(east_m + 6, 300)
+    (pose,) = fuse(camera, frame, 0.0, [shown], [reported], WATERLINE).poses
+    assert pose.flags == [f"cut_{side}"]
+    assert pose.correction_in_enu_m[0] == pytest.approx(-6, abs=2.0)
