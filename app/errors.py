@@ -18,7 +18,10 @@ class FieldError:
 
 
 class AppError(Exception):
-    """Parent of all errors meant for users: a status, a title and a detail in plain words."""
+    """Parent of all errors meant for users: a status, a title and a detail in plain words.
+
+    `more` are JSON values for programs, members of the problem beside the usual ones (RFC 9457).
+    """
 
     status = 500
     title = "Something went wrong"
@@ -29,10 +32,12 @@ class AppError(Exception):
         *,
         fields: tuple[FieldError, ...] = (),
         headers: Mapping[str, str] | None = None,
+        more: Mapping[str, object] | None = None,
     ) -> None:
         super().__init__(detail)
         self.detail = detail
         self.fields = fields
+        self.more = dict(more or {})
         self.headers = dict(headers or {})
 
 

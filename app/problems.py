@@ -61,6 +61,7 @@ def answer(request: Request, error: AppError) -> Response:
         "status": error.status,
         "detail": NOTHING_HERE if isinstance(error, NotFound) else error.detail,
         "errors": [{"field": part.field, "message": part.message} for part in error.fields],
+        **error.more,
     }
     if wants_problem_json(request):
         response: Response = JSONResponse(
