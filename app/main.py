@@ -21,9 +21,11 @@ from app.detectors import router as detectors
 from app.evaluation import router as evaluation
 from app.exports import pages as export_pages
 from app.exports import router as exports
+from app.guideline import pages as guideline_pages
 from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
 from app.jobs import JobClient
+from app.registration import editor_pages as registration_editor
 from app.registration import pages as registration_pages
 from app.registration import router as registration
 from app.reviews import pages as review_pages
@@ -54,11 +56,13 @@ PAGES = (
     admin_pages,
     site_pages,
     registration_pages,
+    registration_editor,
     imagery_pages,
     ais_pages,
     detector_pages,
     run_pages,
     review_pages,
+    guideline_pages,
     export_pages,
 )
 

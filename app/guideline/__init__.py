@@ -1,0 +1,1 @@
+"""The guideline reviewers grade by, with drawn examples, and judged poses to practise on."""
