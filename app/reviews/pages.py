@@ -9,11 +9,12 @@ from app.dependencies import SessionDep
 from app.domain.grading import GUIDELINE, GUIDELINE_VERSION
 from app.errors import NotFound
 from app.ids import RowId
-from app.reviews import queues
+from app.reviews import queue_pages, queues
 from app.runs import service as runs
 from app.templating import page
 
 router = APIRouter()
+router.include_router(queue_pages.router)
 
 
 @router.get("/runs/{run_id}/review")

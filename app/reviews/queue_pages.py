@@ -1,6 +1,6 @@
 """The page of a run's queues: choose what to review next, or make a queue of one's own."""
 
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from fastapi import APIRouter, Form, Request, Response
 from fastapi.responses import RedirectResponse
@@ -23,6 +23,7 @@ router = APIRouter()
 Reviewer = Annotated[Access, allowed(Scope.REVIEW)]
 MOST_SHOWN = 50
 LARGEST_SAMPLE = 1_000_000
+Choice = TypeVar("Choice", QueueUnit, QueueOrder)
 
 
 @router.get("/runs/{run_id}/queues")
@@ -41,17 +42,17 @@ def make_queue(
     order: Annotated[str, Form()] = QueueOrder.TIME.value,
     sample: Annotated[str, Form()] = "",
     seed: Annotated[str, Form()] = "",
-    double: Annotated[bool, Form()] = False,
+    double: Annotated[str, Form()] = "",
 ) -> Response:
     """Make a queue and begin with it; a wrong form comes back as it was entered."""
-    entered = {"unit": unit, "order": order, "sample": sample, "seed": seed, "double": double}
+    entered = {"unit": unit, "order": order, "sample": sample, "seed": seed, "double": bool(double)}
     try:
         choice = queues.QueueChoice(
             unit=_one_of(QueueUnit, "unit", unit),
             order=_one_of(QueueOrder, "order", order),
             sample=_whole("sample", sample, 1, LARGEST_SAMPLE),
             seed=_whole("seed", seed, 0, queues.LARGEST_SEED),
-            double=double,
+            double=bool(double),
         )
         with database.writing() as session:
             run = _run(session, access, run_id)
@@ -110,7 +111,7 @@ def _page(
     )
 
 
-def _one_of[Choice: (QueueUnit, QueueOrder)](kind: type[Choice], field: str, text: str) -> Choice:
+def _one_of(kind: type[Choice], field: str, text: str) -> Choice:
     try:
         return kind(text)
     except ValueError:
