@@ -5,7 +5,7 @@
  */
 import { defineConfig } from "vitest/config";
 
-const ISLANDS = ["theme", "main", "review", "run", "upload"];
+const ISLANDS = ["theme", "main", "review", "run", "upload", "register"];
 
 export default defineConfig({
   base: "./",

@@ -5,18 +5,32 @@ a secret generated on first use. In production the secret must be given, because
 anybody can read in a public repository protects nothing.
 """
 
+import re
 import secrets
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal, Self
 
-from pydantic import Field, SecretStr, model_validator
+from pydantic import Field, SecretStr, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 PLACEHOLDER_SECRETS = frozenset(
     {"", "changeme", "change-me", "secret", "password", "placeholder", "quaymark", "development"},
 )
 SHORTEST_SECRET = 32
+
+TILE_URL = re.compile(
+    r"(?P<scheme>https?)://(?P<host>(?:\{s\}\.)?[\w.-]+(?::\d+)?)/\S*\{z\}\S*"
+    r"(?:\{x\}\S*\{-?y\}|\{-?y\}\S*\{x\})\S*"
+)
+
+
+def tile_origin(url: str) -> str | None:
+    """Return the origin of a tile URL as a content policy names it; None if it is no such URL."""
+    found = TILE_URL.fullmatch(url)
+    if found is None:
+        return None
+    return f"{found['scheme']}://{found['host'].replace('{s}', '*')}"
 
 
 class Settings(BaseSettings):
@@ -45,6 +59,11 @@ class Settings(BaseSettings):
     max_ais_file_bytes: int = Field(1024 * 2**20, ge=1)
     max_image_pixels: int = Field(100_000_000, ge=1)
 
+    map_tile_url: str = Field(
+        "", description="Tiles of the maps, https://.../{z}/{x}/{y}.png; empty: a grid of metres"
+    )
+    map_attribution: str = Field("", description="Whom the tiles' licence wants named")
+
     review_lease_s: float = Field(600, gt=0, description="How long a queue's item is held")
 
     worker_concurrency: int = Field(1, ge=1)
@@ -66,6 +85,17 @@ class Settings(BaseSettings):
         if self.environment == "production":
             self._refuse_a_placeholder_secret()
         return self
+
+    @field_validator("map_tile_url")
+    @classmethod
+    def _tiles_have_a_place(cls, url: str) -> str:
+        if url and tile_origin(url) is None:
+            message = (
+                "QUAYMARK_MAP_TILE_URL must be like https://tiles.example.org/{z}/{x}/{y}.png, "
+                f"got {url!r}"
+            )
+            raise ValueError(message)
+        return url
 
     def _refuse_a_placeholder_secret(self) -> None:
         secret = self.secret_key.get_secret_value()

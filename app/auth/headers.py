@@ -21,14 +21,14 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 YEAR_S = 31_536_000
 
 
-def content_security_policy() -> ContentSecurityPolicy:
-    """Return the policy of our own pages."""
+def content_security_policy(*tile_origins: str) -> ContentSecurityPolicy:
+    """Return the policy of our own pages; map tiles may come from `tile_origins`."""
     return (
         ContentSecurityPolicy()
         .default_src("'none'")
         .script_src("'self'")
         .style_src("'self'")
-        .img_src("'self'", "blob:", "data:")
+        .img_src("'self'", "blob:", "data:", *tile_origins)
         .connect_src("'self'")
         .font_src("'self'")
         .form_action("'self'")
@@ -40,10 +40,10 @@ def content_security_policy() -> ContentSecurityPolicy:
 class SecurityHeaders:
     """ASGI middleware that adds the headers which an answer does not set itself."""
 
-    def __init__(self, app: ASGIApp, *, https: bool) -> None:
+    def __init__(self, app: ASGIApp, *, https: bool, tile_origin: str | None) -> None:
         self._app = app
         self._headers = Secure(
-            csp=content_security_policy(),
+            csp=content_security_policy(*filter(None, [tile_origin])),
             coop=CrossOriginOpenerPolicy().same_origin(),
             corp=CrossOriginResourcePolicy().same_origin(),
             hsts=StrictTransportSecurity().max_age(YEAR_S) if https else None,

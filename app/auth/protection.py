@@ -15,7 +15,7 @@ from app.auth.headers import SecurityHeaders
 from app.auth.hosts import HeaderChecks
 from app.auth.same_origin import SameOrigin
 from app.auth.throttle import SignInThrottle
-from app.config import Settings
+from app.config import Settings, tile_origin
 from app.problems import AnswerErrors
 
 
@@ -30,5 +30,9 @@ def protect(app: FastAPI, settings: Settings) -> None:
     app.add_middleware(Authentication)
     app.add_middleware(HeaderChecks, allowed_hosts=settings.allowed_hosts)
     app.add_middleware(AnswerErrors)
-    app.add_middleware(SecurityHeaders, https=settings.public_url.startswith("https://"))
+    app.add_middleware(
+        SecurityHeaders,
+        https=settings.public_url.startswith("https://"),
+        tile_origin=tile_origin(settings.map_tile_url),
+    )
     app.add_middleware(AccessLog)

@@ -33,6 +33,8 @@ export interface ViewControl {
 
 /** Something drawn over the image; `group` is its own SVG group in screen pixels. */
 export interface Overlay {
+  /** Drawings with controls of their own are told to screen readers, others are not. */
+  readonly hasControls?: boolean;
   attach(group: SVGGElement): void;
   draw(view: View): void;
 }
@@ -66,7 +68,6 @@ export class Viewer implements ViewControl {
     this.screen = { width: surface.clientWidth, height: surface.clientHeight };
     this.svg = document.createElementNS(SVG, "svg");
     this.svg.classList.add("viewer__overlay");
-    this.svg.setAttribute("aria-hidden", "true");
     surface.append(this.svg);
     this.images = new ImageLayer(surface, this.previews, this.fulls, (sharpness) => {
       surface.dataset["sharpness"] = sharpness;
@@ -84,6 +85,9 @@ export class Viewer implements ViewControl {
 
   add(overlay: Overlay): void {
     const group = document.createElementNS(SVG, "g");
+    if (overlay.hasControls !== true) {
+      group.setAttribute("aria-hidden", "true");
+    }
     this.svg.append(group);
     overlay.attach(group);
     this.overlays.push(overlay);
@@ -153,11 +157,24 @@ export class Viewer implements ViewControl {
     this.frameRequested = true;
     requestAnimationFrame(() => {
       this.frameRequested = false;
-      this.images.transform(this.view);
-      for (const overlay of this.overlays) {
-        overlay.draw(this.view);
-      }
+      this.render();
     });
+  }
+
+  /** Draws at once: for who is inside of an animation frame already. */
+  render(): void {
+    this.images.transform(this.view);
+    for (const overlay of this.overlays) {
+      overlay.draw(this.view);
+    }
+  }
+
+  /** Moves the view as far as is needed to have a rectangle of the image in sight. */
+  reveal(rect: Rect): void {
+    if (this.imageSize !== null) {
+      this.view = frame("free", this.view, rect, this.imageSize, this.screen, this.margin);
+      this.requestRender();
+    }
   }
 
   private moveTo(view: View): void {
