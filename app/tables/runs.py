@@ -172,6 +172,9 @@ class Pose(Base):
     corners_in_image_px: Mapped[list[list[float]]] = mapped_column(Json)
     corrected_segment_px: Mapped[list[list[float]]] = mapped_column(Json)
     correction_in_enu_m: Mapped[list[float]] = mapped_column(Json)
+    position_covariance_in_enu_m2: Mapped[list[list[float]] | None] = mapped_column(Json)
+    heading_sigma_deg: Mapped[float | None]
+    height_sigma_m: Mapped[float | None]
     flags: Mapped[list[str]]
     person_made: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
 

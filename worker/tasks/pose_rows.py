@@ -78,6 +78,7 @@ def pose_rows(
     for pose in result.poses:
         state = states[pose.state_index]
         center = frame.geodetic(pose.centroid_in_world)
+        covariance = pose.position_covariance_in_enu_m2
         rows.append(
             PoseRows(
                 detection_index=pose.detection_index,
@@ -89,7 +90,7 @@ def pose_rows(
                     "lat_deg": center.lat_deg,
                     "lon_deg": center.lon_deg,
                     "center_height_m": center.height_m,
-                    "heading_deg": state.heading_deg,
+                    "heading_deg": pose.heading_deg,
                     "centroid_in_cam_m": pose.centroid_in_cam_m.tolist(),
                     "rotvec_cam_from_vessel": pose.rotvec_cam_from_vessel.tolist(),
                     "length_m": pose.length_m,
@@ -98,6 +99,11 @@ def pose_rows(
                     "corners_in_image_px": pixels(pose.corners_in_image_px),
                     "corrected_segment_px": pixels(pose.segment_corrected_px),
                     "correction_in_enu_m": pose.correction_in_enu_m.tolist(),
+                    "position_covariance_in_enu_m2": None
+                    if covariance is None
+                    else covariance.tolist(),
+                    "heading_sigma_deg": pose.heading_sigma_deg,
+                    "height_sigma_m": pose.height_sigma_m,
                     "flags": pose.flags,
                 },
             )

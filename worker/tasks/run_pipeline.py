@@ -16,7 +16,7 @@ from app.db import Database
 from app.domain.arrays import UInt8Array
 from app.domain.camera import Camera
 from app.domain.detection import Detection
-from app.domain.fusion import fuse
+from app.domain.fusion import FusionResult, SeenImage, fuse_series
 from app.domain.fusion_settings import FusionSettings
 from app.domain.geodesy import EnuFrame
 from app.domain.vessel_state import VesselState
@@ -102,7 +102,7 @@ class RunPipeline:
         batch = self._read(run_id, start, stop)
         unknown = (image.sha256 for image in batch.images if batch.is_to_be_detected(image))
         pixels = self._ahead.pixels_of(unknown)
-        outcomes = [_outcome(batch, image, pixels) for image in batch.images]
+        outcomes = _outcomes(batch, pixels)
         batches.store(
             self._runner.session(),
             run_id,
@@ -143,22 +143,61 @@ class RunPipeline:
             )
 
 
-def _outcome(batch: _Batch, image: Image, pixels: Iterator[Future[UInt8Array]]) -> ImageOutcome:
+def _outcomes(batch: _Batch, pixels: Iterator[Future[UInt8Array]]) -> list[ImageOutcome]:
+    """Detect in all images first: vessels of one while are fused together."""
+    found: dict[int, list[Detection]] = {}
+    unusable: dict[int, ImageOutcome] = {}
+    for image in batch.images:
+        boxes = _boxes(batch, image, pixels)
+        if isinstance(boxes, ImageOutcome):
+            unusable[image.id] = boxes
+        else:
+            found[image.id] = boxes
+    seen = [image for image in batch.images if image.id in found]
+    results = fuse_series(
+        batch.camera,
+        batch.frame,
+        [
+            SeenImage(
+                detections=found[image.id],
+                states=batch.states[image.id],
+                water_level_m=batch.water_level_m,
+                at_s=image.captured_at.timestamp(),
+            )
+            for image in seen
+        ],
+        batch.settings,
+    )
+    fused = {image.id: result for image, result in zip(seen, results, strict=True)}
+    return [
+        unusable.get(image.id) or _fused(batch, image, found[image.id], fused[image.id])
+        for image in batch.images
+    ]
+
+
+def _boxes(
+    batch: _Batch, image: Image, pixels: Iterator[Future[UInt8Array]]
+) -> list[Detection] | ImageOutcome:
+    """Return an image's detections, or its outcome when it cannot be looked at."""
     if image.deleted_at is not None:
         return _unusable(image, "the image was deleted before its turn came")
     known = batch.known.get(image.sha256)
     if known is not None:
-        boxes = [_box(row) for row in known.detections]
-    else:
-        try:
-            decoded = next(pixels).result()
-        except (AppError, ValueError) as error:
-            # One bad file among thousands is told by name; a broken detector ends the run.
-            log.warning("image not usable", image_id=image.id, error=str(error))
-            return _unusable(image, str(error))
-        boxes = batch.detector.detect(decoded)
+        return [_box(row) for row in known.detections]
+    try:
+        decoded = next(pixels).result()
+    except (AppError, ValueError) as error:
+        # One bad file among thousands is told by name; a broken detector ends the run.
+        log.warning("image not usable", image_id=image.id, error=str(error))
+        return _unusable(image, str(error))
+    return batch.detector.detect(decoded)
+
+
+def _fused(
+    batch: _Batch, image: Image, boxes: list[Detection], result: FusionResult
+) -> ImageOutcome:
+    known = batch.known.get(image.sha256)
     states = batch.states[image.id]
-    result = fuse(batch.camera, batch.frame, batch.water_level_m, boxes, states, batch.settings)
     return ImageOutcome(
         image_id=image.id,
         image_sha256=image.sha256,
