@@ -1,147 +1,204 @@
-/** The review island: loads a run's poses, lets a person grade them, and keeps every grade safe. */
+/** The review island: brings poses and images, lets a person judge them, and keeps every act safe. */
 import { ApiProblem, call, explain } from "./api";
 import { showFlash } from "./page/flashes";
 import { part } from "./page/parts";
-import type { Action } from "./review/keymap";
-import { Outbox, type PendingReview } from "./review/outbox";
-import { GRADES, vesselName } from "./review/pose";
-import { loadPoses } from "./review/pose-loader";
+import { REVIEW_COMMANDS } from "./review/commands";
+import type { Feed } from "./review/feed";
+import { Help } from "./review/help";
+import { Keymap, keyNames } from "./review/keymap";
+import { Outbox } from "./review/outbox";
+import { OwnKeys } from "./review/own-keys";
+import { QueueFeed, queueById, queueOfRun } from "./review/queue-feed";
+import { Recorder } from "./review/recorder";
+import { RememberedDecisions } from "./review/remembered";
+import { replay, settle } from "./review/replay";
 import { ReviewKeys } from "./review/review-keys";
 import { ReviewScreen } from "./review/review-screen";
-import { ReviewSession } from "./review/session";
+import { RunFeed } from "./review/run-feed";
+import { keyOf, ReviewSession } from "./review/session";
 import { SyncStatus } from "./review/sync-status";
+import { concernsWrites, WriteStore } from "./review/write-store";
+import type { PendingWrite } from "./review/writes";
 import { ViewKeys } from "./viewer/gestures/view-keys";
 
 const root = document.querySelector<HTMLElement>("[data-review]");
 if (root !== null) {
-  open(root, Number(root.dataset["run"]), root.dataset["user"] ?? "");
-}
-
-function open(root: HTMLElement, runId: number, user: string): void {
-  const session = new ReviewSession();
-  const outbox = openOutbox(root, session, user, runId, () => {
-    screen.show();
-  });
-  const screen = new ReviewScreen(root, runId, session, (pose, grade, seconds) => {
-    outbox.add(pose.id, grade, seconds);
-  });
-  const act = (action: Action): void => {
-    screen.act(action);
-  };
-  new ReviewKeys(new ViewKeys(screen.viewer), act, (peeking) => {
-    screen.setPeek(peeking);
-  });
-  listenToButtons(root, act);
-  for (const moment of ["online", "focus"]) {
-    window.addEventListener(moment, () => {
-      outbox.flush();
-    });
-  }
-  outbox.flush();
-  load(root, session, outbox, screen, runId).catch((error: unknown) => {
+  open(root).catch((error: unknown) => {
     showLoadError(root, error);
   });
+}
+
+async function open(root: HTMLElement): Promise<void> {
+  const runId = Number(root.dataset["run"]);
+  const user = root.dataset["user"] ?? "";
+  const keymap = new Keymap();
+  const ownKeys = new OwnKeys(user, keymap);
+  const session = new ReviewSession();
+  const remembered = new RememberedDecisions(user, runId);
+  session.verdicts.recall(remembered.read());
+  const outbox = openOutbox(root, session, user, () => {
+    screen.show();
+  });
+  replay(outbox.pending.filter((write) => write.runId === runId), session);
+  const feed = await feedOf(root, runId, session, () => {
+    screen.show();
+  });
+  const screen = new ReviewScreen(root, {
+    runId,
+    session,
+    feed,
+    recorder: new Recorder(outbox, runId),
+    keymap,
+    remembered,
+    openHelp: () => {
+      help.open();
+    },
+  });
+  const help = new Help(document, screen.machine, keymap, (bindings) => {
+    ownKeys.change(bindings).catch((error: unknown) => {
+      showFlash(`The keys are kept in this browser only, for now. ${explain(error)}`, "warning");
+    });
+  });
+  listen(root, screen, keymap, help);
+  keepSending(outbox);
+  await start(root, feed, session, screen);
+  ownKeys.sync().catch(() => undefined); // the copy in this browser does until then
+}
+
+/** What is to be reviewed: a queue, a pose named in the address, or else what nobody has graded. */
+async function feedOf(
+  root: HTMLElement,
+  runId: number,
+  session: ReviewSession,
+  onMore: () => void,
+): Promise<Feed> {
+  if (wantedPose() !== null) {
+    return new RunFeed(runId, session, onMore);
+  }
+  const asked = Number(root.dataset["queue"] ?? "0");
+  const queue = asked > 0 ? await queueById(asked) : await queueOfRun(runId);
+  return new QueueFeed(queue, session, onMore, (error) => {
+    showFlash(`The next poses could not be fetched. ${explain(error)}`, "warning");
+  });
+}
+
+function wantedPose(): number | null {
+  const wanted = Number(new URL(location.href).searchParams.get("pose") ?? "0");
+  return wanted > 0 ? wanted : null;
+}
+
+/** Work begins with the first stop that is due, or the pose named in the address. */
+async function start(
+  root: HTMLElement,
+  feed: Feed,
+  session: ReviewSession,
+  screen: ReviewScreen,
+): Promise<void> {
+  await feed.start();
+  part(root, "title").textContent = feed.title;
+  const wanted = wantedPose();
+  if (wanted === null || !session.goTo(keyOf(wanted))) {
+    session.toFirstDue();
+  }
+  if (wanted !== null && session.current?.pose?.id !== wanted) {
+    screen.open(keyOf(wanted));
+  }
+  screen.show();
+  root.dataset["state"] = session.count === 0 && feed.state === "drained" ? "empty" : "loaded";
 }
 
 function openOutbox(
   root: HTMLElement,
   session: ReviewSession,
   user: string,
-  runId: number,
-  onWithdrawn: () => void,
+  onChanged: () => void,
 ): Outbox {
   const status = new SyncStatus(part(root, "sync"));
-  const send = async (review: PendingReview): Promise<void> => {
-    await call(`/api/v1/poses/${review.poseId}/reviews`, {
-      method: "POST",
-      json: { grade: review.grade, reasons: [], comment: null, seconds: review.seconds },
-      idempotencyKey: review.key,
+  const send = async (write: PendingWrite): Promise<unknown> =>
+    call(write.url, {
+      method: write.method,
+      ...(write.json === undefined ? {} : { json: write.json }),
+      idempotencyKey: write.key,
       keepalive: true,
     });
-    session.acknowledge(review.poseId, review.grade);
-  };
-  const outbox = new Outbox(localStorage, user, runId, send, {
+  return new Outbox(new WriteStore(localStorage, user), send, {
     onChange: (state, waiting) => {
       status.show(state, waiting);
     },
-    onRefused: (review, problem) => {
-      const pose = session.pose(review.poseId);
-      const name = pose === null ? `pose ${review.poseId}` : vesselName(pose);
-      showFlash(`The grade of ${name} was not stored. ${explain(problem)}`, "error");
-      if (!outbox.pending.some(({ poseId }) => poseId === review.poseId)) {
-        session.withdraw(review.poseId);
-        onWithdrawn();
+    onSent: (write, answer) => {
+      if (settle(write, answer, session)) {
+        onChanged();
       }
     },
+    onRefused: (write, problem) => {
+      showFlash(`${write.label} was not stored. ${explain(problem)}`, "error");
+      session.withdraw(write.key);
+      onChanged();
+    },
   });
-  return outbox;
 }
 
-/** Work begins with the first ungraded pose, or the one named in the address, as soon as it is here. */
-async function load(
-  root: HTMLElement,
-  session: ReviewSession,
-  outbox: Outbox,
-  screen: ReviewScreen,
-  runId: number,
-): Promise<void> {
-  const wanted = Number(new URL(location.href).searchParams.get("pose") ?? "0");
-  let started = false;
-  for await (const poses of loadPoses(runId)) {
-    session.append(poses);
-    for (const { poseId, grade } of outbox.pending) {
-      if (session.pose(poseId) !== null && session.gradeOf(poseId) !== grade) {
-        session.restore(poseId, grade);
-      }
-    }
-    if (!started) {
-      started = wanted > 0 ? session.goTo(wanted) !== null : session.toFirstUngraded();
-    }
-    if (started) {
-      screen.show();
-    }
+function keepSending(outbox: Outbox): void {
+  for (const moment of ["online", "focus", "pageshow"]) {
+    window.addEventListener(moment, () => {
+      outbox.flush();
+    });
   }
-  if (!started) {
-    session.toFirstUngraded(); // the pose named in the address is not of this run
-    screen.show();
-  }
-  root.dataset["state"] = session.total === 0 ? "empty" : "loaded";
+  window.addEventListener("storage", (event) => {
+    if (concernsWrites(event)) {
+      outbox.reread();
+    }
+  });
+  outbox.flush();
 }
 
-function listenToButtons(root: HTMLElement, act: (action: Action) => void): void {
+function listen(root: HTMLElement, screen: ReviewScreen, keymap: Keymap, help: Help): void {
+  new ReviewKeys(
+    screen.machine,
+    keymap,
+    new ViewKeys(screen.viewer),
+    (peeking) => {
+      screen.setPeek(peeking);
+    },
+    () => {
+      help.open();
+    },
+  );
   root.addEventListener("click", (event) => {
     const button = event.target instanceof Element ? event.target.closest("button") : null;
-    const action = button === null ? null : actionOfButton(button);
-    if (button === null || action === null) {
+    const command = button?.dataset["act"];
+    if (command === undefined) {
       return;
     }
-    act(action);
-    if (event.detail > 0 && action.kind !== "layers" && action.kind !== "help") {
+    if (screen.machine.current.name === "reasons") {
+      screen.machine.leave();
+    }
+    screen.act(command);
+    const keepsFocus = ["review.layers", "review.help", "review.comment"].includes(command);
+    if (event.detail > 0 && !keepsFocus) {
       part(root, "viewer").focus({ preventScroll: true }); // so that Space peeks again
     }
   });
+  const showKeys = (): void => {
+    showKeysOnButtons(root, keymap);
+  };
+  keymap.onChange(showKeys);
+  showKeys();
 }
 
-function actionOfButton(button: HTMLButtonElement): Action | null {
-  const grade = GRADES.find((name) => name === button.dataset["grade"]);
-  if (button.hasAttribute("data-grade-button") && grade !== undefined) {
-    return { kind: "grade", grade };
-  }
-  switch (button.dataset["act"]) {
-    case "next-box":
-      return { kind: "box", by: 1 };
-    case "previous-box":
-      return { kind: "box", by: -1 };
-    case "framing":
-      return { kind: "framing" };
-    case "layers":
-      return { kind: "layers" };
-    case "help":
-      return { kind: "help" };
-    case "back":
-      return { kind: "back" };
-    default:
-      return null;
+/** The keys beside the buttons are the person's own. */
+function showKeysOnButtons(root: HTMLElement, keymap: Keymap): void {
+  for (const command of REVIEW_COMMANDS) {
+    const names = keyNames(keymap, command).join(" ");
+    const keys = `[data-act="${command.id}"] .kbd, [data-key-of="${command.id}"]`;
+    for (const key of root.querySelectorAll(keys)) {
+      key.textContent = names;
+    }
+    for (const button of root.querySelectorAll<HTMLElement>(`[data-act="${command.id}"]`)) {
+      if (button.dataset["title"] !== undefined) {
+        button.title = `${button.dataset["title"]} (${names})`;
+      }
+    }
   }
 }
 

@@ -1,15 +1,9 @@
 /**
- * Which key does what while reviewing. Keys go by their place on the keyboard (event.code), so that
- * the hand finds them under any layout; keys with Ctrl, Alt or Meta belong to the browser, and keys
- * typed into a field to that field.
+ * Which key does what. Keys go by their place on the keyboard (event.code), so that the hand finds
+ * them under any layout; keys with Ctrl, Alt or Meta belong to the browser, and keys typed into a
+ * field to that field. A person may put a command on other keys; a key that is taken is refused.
  */
-import type { Grade } from "./pose";
-
-export type Action =
-  | { readonly kind: "grade"; readonly grade: Grade }
-  | { readonly kind: "box"; readonly by: 1 | -1 }
-  | { readonly kind: "image"; readonly by: 1 | -1 }
-  | { readonly kind: "next-ungraded" | "back" | "peek" | "framing" | "layers" | "help" };
+import type { Command, Mode } from "./modes";
 
 export interface KeyPress {
   readonly code: string;
@@ -20,35 +14,105 @@ export interface KeyPress {
   readonly shiftKey: boolean;
 }
 
-const ACTIONS: ReadonlyMap<string, Action> = new Map<string, Action>([
-  ["Digit1", { kind: "grade", grade: "good" }],
-  ["Digit2", { kind: "grade", grade: "ok" }],
-  ["Digit3", { kind: "grade", grade: "bad" }],
-  ["Digit4", { kind: "grade", grade: "wrong" }],
-  ["Numpad1", { kind: "grade", grade: "good" }],
-  ["Numpad2", { kind: "grade", grade: "ok" }],
-  ["Numpad3", { kind: "grade", grade: "bad" }],
-  ["Numpad4", { kind: "grade", grade: "wrong" }],
-  ["KeyJ", { kind: "box", by: 1 }],
-  ["KeyK", { kind: "box", by: -1 }],
-  ["KeyL", { kind: "image", by: 1 }],
-  ["KeyH", { kind: "image", by: -1 }],
-  ["KeyN", { kind: "next-ungraded" }],
-  ["Backspace", { kind: "back" }],
-  ["Space", { kind: "peek" }],
-  ["KeyZ", { kind: "framing" }],
-  ["KeyV", { kind: "layers" }],
+/** A person's own keys: command id to places on the keyboard. */
+export type Bindings = Readonly<Record<string, readonly string[]>>;
+
+/** Places that belong to the browser, to the view or to every mode alike. */
+const RESERVED = /^(Tab|Escape|F\d+|Arrow.*|(Control|Alt|Meta|Shift|OS).*|CapsLock|Equal|Minus|Digit0|Numpad(Add|Subtract|0)|ContextMenu|Unidentified|)$/;
+
+export class Keymap {
+  private readonly listeners: (() => void)[] = [];
+
+  constructor(private own: Bindings = {}) {}
+
+  get bindings(): Bindings {
+    return this.own;
+  }
+
+  set(bindings: Bindings): void {
+    this.own = bindings;
+    for (const listener of this.listeners) {
+      listener();
+    }
+  }
+
+  onChange(listener: () => void): void {
+    this.listeners.push(listener);
+  }
+
+  codesOf({ id, codes }: Command): readonly string[] {
+    return this.own[id] ?? codes;
+  }
+
+  /** The command of a key press in a mode; null leaves the key to the browser. */
+  commandOf(commands: readonly Command[], press: KeyPress): Command | null {
+    if (press.ctrlKey || press.altKey || press.metaKey) {
+      return null;
+    }
+    const fits = ({ shift = "without" }: Command): boolean =>
+      shift === "fine" || (shift === "with") === press.shiftKey;
+    const found = commands.find(
+      (command) => this.codesOf(command).includes(press.code) && fits(command),
+    );
+    return found ?? null;
+  }
+
+  /** Why a command cannot stand on a key: who has it already, or whose it is. Null: it can. */
+  conflict(modes: readonly Mode[], wanted: Command, code: string): string | null {
+    const mode = modes.find(({ commands }) => commands.includes(wanted));
+    if (RESERVED.test(code) && !wanted.codes.includes(code)) {
+      return `${keyName(code)} has its own meaning on every page.`;
+    }
+    // Reasons and review share the keyboard: a reason's key would never reach the other.
+    const shared = ["review", "reasons"];
+    const rivals = modes.filter(
+      ({ name }) => name === mode?.name || (shared.includes(name) && shared.includes(mode?.name ?? "")),
+    );
+    const taker = rivals
+      .flatMap(({ commands }) => commands)
+      .find(
+        (command) =>
+          command !== wanted && overlaps(command, wanted) && this.codesOf(command).includes(code),
+      );
+    return taker === undefined ? null : `${keyName(code)} is the key of “${taker.meaning}”.`;
+  }
+}
+
+function overlaps(a: Command, b: Command): boolean {
+  const [one = "without", other = "without"] = [a.shift, b.shift];
+  return one === other || one === "fine" || other === "fine";
+}
+
+const NAMES: ReadonlyMap<string, string> = new Map([
+  ["Space", "Space"],
+  ["Backspace", "Backspace"],
+  ["Enter", "Enter"],
+  ["Escape", "Esc"],
+  ["ArrowLeft", "←"],
+  ["ArrowRight", "→"],
+  ["ArrowUp", "↑"],
+  ["ArrowDown", "↓"],
+  ["Comma", ","],
+  ["Period", "."],
+  ["Slash", "/"],
+  ["Semicolon", ";"],
+  ["Quote", "'"],
+  ["BracketLeft", "["],
+  ["BracketRight", "]"],
+  ["Backslash", "\\"],
+  ["Backquote", "`"],
 ]);
 
-/** The action of a key press; null leaves the key to the browser. */
-export function actionOf(press: KeyPress): Action | null {
-  if (press.ctrlKey || press.altKey || press.metaKey) {
-    return null;
-  }
-  if (press.key === "?") {
-    return { kind: "help" }; // by character: its place differs too much between layouts
-  }
-  return press.shiftKey ? null : (ACTIONS.get(press.code) ?? null);
+/** What is printed on a key of a US keyboard. */
+export function keyName(code: string): string {
+  return NAMES.get(code) ?? code.replace(/^(Key|Digit)/, "").replace(/^Numpad/, "Num ");
+}
+
+/** The keys of a command as the help shows them; the keypad's twins are left out. */
+export function keyNames(keymap: Keymap, command: Command): readonly string[] {
+  const codes = keymap.codesOf(command);
+  const shown = codes.filter((code, i) => i === 0 || !code.startsWith("Numpad"));
+  return shown.map((code) => (command.shift === "with" ? `⇧ ${keyName(code)}` : keyName(code)));
 }
 
 /** Whether a key press is meant for the element that has the focus. */

@@ -4,8 +4,19 @@ const NEEDED = 3;
 
 export class Pace {
   private readonly seconds: number[] = [];
+  private decisions = 0;
+
+  /** How many decisions were made in this sitting and not taken back. */
+  get count(): number {
+    return this.decisions;
+  }
+
+  takeBack(): void {
+    this.decisions = Math.max(0, this.decisions - 1);
+  }
 
   add(seconds: number): void {
+    this.decisions += 1;
     this.seconds.push(seconds);
     if (this.seconds.length > REMEMBERED) {
       this.seconds.shift();

@@ -16,3 +16,7 @@ export async function* loadPoses(runId: number): AsyncGenerator<readonly Pose[]>
     cursor = page.next_cursor ?? null;
   } while (cursor !== null);
 }
+
+export async function loadPose(poseId: number): Promise<Pose> {
+  return (await call(`/api/v1/poses/${poseId}`)) as Pose;
+}

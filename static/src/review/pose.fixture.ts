@@ -51,7 +51,15 @@ export function aPose({ id, imageId, grade = null, detection, corners }: Varied)
     report_age_s: 1.5,
     speed_kn: 9.7,
     flags: [],
+    person_made: false,
+    opinions: grade === null ? 0 : 1,
+    disagreement: false,
+    mine: null,
     review: grade === null ? null : aReview(id, grade),
+    bookmarked: false,
+    comments: 0,
+    correction: null,
+    correction_version: 0,
   };
 }
 
@@ -66,7 +74,12 @@ function aReview(poseId: number, grade: Grade): NonNullable<Pose["review"]> {
     guideline_version: 1,
     inherited: false,
     user: "ada@example.org",
+    user_id: 1,
+    decision: `decision-${poseId}`,
+    second_opinion: false,
+    settles: false,
     created_at: "2026-11-22T11:00:00Z",
     replaced_at: null,
+    withdrawn_at: null,
   };
 }

@@ -4,10 +4,10 @@ import type { ReviewSession } from "./session";
 
 const FULLS_AHEAD = 3;
 const PREVIEWS_AHEAD = 8;
-const POSES_AHEAD = 60;
+const STOPS_AHEAD = 60;
 
 export function prefetch(session: ReviewSession, viewer: Viewer): void {
-  const images = new Map(session.upcoming(POSES_AHEAD).map(({ image }) => [image.id, image]));
+  const images = new Map(session.upcoming(STOPS_AHEAD).map(({ image }) => [image.id, image]));
   images.delete(session.current?.image.id ?? -1);
   [...images.values()].slice(0, PREVIEWS_AHEAD).forEach((image, i) => {
     const loading =

@@ -1,222 +1,288 @@
 /**
- * A reviewer's way through the poses of a run: which one is current, which are graded, what was
- * decided last. Pure state: it knows neither the page nor the network.
+ * A reviewer's way through images and poses: where one stands, what is still to do, what comes next.
+ * Pure state: it knows neither the page nor the network.
  *
- * Poses stand in the order of their images; the poses of one image stand together. A grade given
- * here holds at once (optimistic); should the server refuse it, `withdraw` takes it back.
+ * The way is a row of stops: the poses of an image stand together, and behind them the image itself
+ * where it has to be closed (is every visible vessel accounted for?) or where it has no pose at all.
+ * Some stops are due, the others are there to look at: what somebody else holds, what is judged.
  */
 import type { Grade, Pose } from "./pose";
+import { Verdicts, type Decision } from "./verdicts";
 
-export interface Decision {
-  readonly poseId: number;
-  readonly grade: Grade;
+export type PoseImage = Pose["image"];
+
+export interface Stop {
+  readonly key: string;
+  readonly image: PoseImage;
+  /** Null: the image as a whole. */
+  readonly pose: Pose | null;
+}
+
+interface Group {
+  readonly image: PoseImage;
+  /** By id; another array whenever one of them changed. */
+  poses: readonly Pose[];
+  isStop: boolean;
+}
+
+/** One decision as the strip shows it. */
+export interface Remembered {
+  readonly decision: Decision;
+  readonly key: string;
 }
 
 const STRIP_LENGTH = 10;
 
+export function keyOf(pose: number): string {
+  return `pose:${pose}`;
+}
+
+export function keyOfImage(image: number): string {
+  return `image:${image}`;
+}
+
 export class ReviewSession {
-  private readonly poses: Pose[] = [];
-  private readonly indexById = new Map<number, number>();
-  private readonly grades = new Map<number, Grade>();
-  /** Grades as the server has them. */
-  private readonly acknowledged = new Map<number, Grade>();
-  private readonly decisions: Decision[] = [];
-  private at = 0;
-  private gradedCount = 0;
-  private backSteps = 0;
+  readonly verdicts = new Verdicts();
+  /** Whether several people are meant to judge the same. */
+  expectsOpinions = false;
+  private readonly groups = new Map<number, Group>();
+  private readonly due = new Set<string>();
+  private flat: Stop[] | null = null;
+  private indexByKey = new Map<string, number>();
+  private at: string | null = null;
+  private isResting = false;
+  private extent = { total: 0, doneBefore: 0 };
 
-  /** Adds poses behind those already here; one that is here already is passed over. */
-  append(poses: readonly Pose[]): void {
+  /** How many gradings there are in all, and how many were made before the due ones here. */
+  setExtent(total: number, doneBefore: number): void {
+    this.extent = { total, doneBefore };
+  }
+
+  /** Takes poses in; one that is here already is renewed. */
+  take(poses: readonly Pose[], isDue: (pose: Pose) => boolean): void {
     for (const pose of poses) {
-      if (this.indexById.has(pose.id)) {
-        continue;
-      }
-      this.indexById.set(pose.id, this.poses.length);
-      this.poses.push(pose);
-      // A list asked for before a grade arrived is older than the server's word on that grade.
-      const grade = this.acknowledged.get(pose.id) ?? pose.review?.grade;
-      if (grade !== undefined && !this.grades.has(pose.id)) {
-        this.acknowledged.set(pose.id, grade);
-        this.setGrade(pose.id, grade);
+      const group = this.groupOf(pose.image);
+      group.poses = [...group.poses.filter(({ id }) => id !== pose.id), pose].sort(
+        (a, b) => a.id - b.id,
+      );
+      // A list asked for before a grade arrived is older than the decision made here.
+      this.verdicts.tell(pose.id, pose.mine ?? pose.review);
+      if (isDue(pose)) {
+        this.verdicts.forgetOld(pose.id);
+        this.due.add(keyOf(pose.id));
       }
     }
+    this.flat = null;
   }
 
-  /** A pose as the server has it now; one that is new stands behind the others. */
+  /** A pose as the server now has it: corrected, matched anew, or made by hand just now. */
   put(pose: Pose): void {
-    const index = this.indexById.get(pose.id);
-    if (index === undefined) {
-      this.append([pose]);
-    } else {
-      this.poses[index] = pose;
-    }
+    const isNew = this.pose(pose.id) === null;
+    this.take([pose], ({ review }) => isNew && review === null);
   }
 
-  get current(): Pose | null {
-    return this.poses[this.at] ?? null;
+  /** Takes an image in as a stop of its own. */
+  takeImage(image: PoseImage, isDue: boolean): void {
+    this.groupOf(image).isStop = true;
+    if (isDue) {
+      this.due.add(keyOfImage(image.id));
+    }
+    this.flat = null;
+  }
+
+  /** Puts the images into the order in which they were taken. */
+  sortByTime(): void {
+    const sorted = [...this.groups].sort(([, a], [, b]) =>
+      a.image.captured_at.localeCompare(b.image.captured_at),
+    );
+    this.groups.clear();
+    for (const [id, group] of sorted) {
+      this.groups.set(id, group);
+    }
+    this.flat = null;
+  }
+
+  get current(): Stop | null {
+    return this.stops[this.index] ?? null;
   }
 
   get index(): number {
-    return this.at;
+    return (this.at === null ? undefined : this.indexByKey.get(this.at)) ?? 0;
+  }
+
+  get count(): number {
+    return this.stops.length;
   }
 
   get total(): number {
-    return this.poses.length;
+    return this.extent.total;
   }
 
-  get graded(): number {
-    return this.gradedCount;
+  get done(): number {
+    const decided = [...this.due].filter((key) => this.isDone(key)).length;
+    return Math.min(this.extent.total, this.extent.doneBefore + decided);
   }
 
-  gradeOf(poseId: number): Grade | null {
-    return this.grades.get(poseId) ?? null;
+  /** After the last due stop was done: nothing is asked until the reviewer moves by hand. */
+  get resting(): boolean {
+    return this.isResting;
+  }
+
+  has(key: string): boolean {
+    return this.stopAt(key) !== null;
   }
 
   pose(poseId: number): Pose | null {
-    const index = this.indexById.get(poseId);
-    return index === undefined ? null : (this.poses[index] ?? null);
+    return this.stopAt(keyOf(poseId))?.pose ?? null;
   }
 
-  /** The last decisions, newest first, one per pose. */
-  get strip(): readonly Decision[] {
-    return this.decisions.slice(0, STRIP_LENGTH);
+  gradeOf(poseId: number): Grade | null {
+    return this.verdicts.gradeOf(poseId);
   }
 
   posesOfImage(imageId: number): readonly Pose[] {
-    return this.poses.filter((pose) => pose.image.id === imageId);
+    return this.groups.get(imageId)?.poses ?? [];
   }
 
-  /** Grades the current pose and moves on to the next ungraded one; returns the graded pose. */
-  grade(grade: Grade): Pose | null {
-    const pose = this.current;
-    if (pose === null) {
-      return null;
-    }
-    this.record(pose.id, grade);
-    this.toNextUngraded();
-    return pose;
+  ungradedOfImage(imageId: number): readonly Pose[] {
+    return this.posesOfImage(imageId).filter(({ id }) => this.verdicts.gradeOf(id) === null);
   }
 
-  /** A decision made earlier and still on its way to the server, or made elsewhere. */
-  restore(poseId: number, grade: Grade): void {
-    this.record(poseId, grade);
-  }
-
-  /** The server has stored a grade. */
-  acknowledge(poseId: number, grade: Grade): void {
-    this.acknowledged.set(poseId, grade);
-  }
-
-  /** Takes back a grade that the server refused; what the server last knew holds again. */
-  withdraw(poseId: number): void {
-    const known = this.acknowledged.get(poseId);
-    this.forget(poseId);
-    if (known === undefined) {
-      if (this.grades.delete(poseId)) {
-        this.gradedCount -= 1;
+  /** The last decisions, newest first; a pose judged twice stands once. */
+  get strip(): readonly Remembered[] {
+    const seen = new Set<string>();
+    const entries: Remembered[] = [];
+    for (const decision of this.verdicts.history.toReversed()) {
+      const key =
+        decision.kind === "grade" ? keyOf(decision.poseIds[0] ?? 0) : keyOfImage(decision.imageId);
+      if (!seen.has(key) && entries.length < STRIP_LENGTH) {
+        entries.push({ decision, key });
       }
-    } else {
-      this.setGrade(poseId, known);
+      seen.add(key);
     }
+    return entries;
   }
 
-  /** Goes back to the pose decided last, to grade it again; each further call goes one earlier. */
-  back(): Pose | null {
-    let target = this.decisions[this.backSteps];
-    if (target !== undefined && target.poseId === this.current?.id) {
-      this.backSteps += 1;
-      target = this.decisions[this.backSteps];
-    }
-    if (target === undefined) {
+  /** A decision about what is shown; the next due stop comes by itself. */
+  decide(decision: Decision): void {
+    this.verdicts.decide(decision);
+    this.isResting = !this.toNextDue();
+  }
+
+  /** Takes a decision back and returns to it; what it was about is to be done again. */
+  withdraw(id: string): Decision | null {
+    const decision = this.verdicts.withdraw(id);
+    if (decision === null) {
       return null;
     }
-    const steps = this.backSteps + 1;
-    const pose = this.goTo(target.poseId);
-    this.backSteps = steps;
-    return pose;
-  }
-
-  goTo(poseId: number): Pose | null {
-    const index = this.indexById.get(poseId);
-    if (index === undefined) {
-      return null;
+    const keys =
+      decision.kind === "grade" ? decision.poseIds.map(keyOf) : [keyOfImage(decision.imageId)];
+    for (const key of keys) {
+      this.due.add(key);
     }
-    this.at = index;
-    this.backSteps = 0;
-    return this.current;
+    return decision;
   }
 
-  /** The next or previous box, over the borders of images; stays at the ends. */
-  step(by: 1 | -1): void {
-    this.at = Math.max(0, Math.min(this.poses.length - 1, this.at + by));
-  }
-
-  /** The first box of the next or previous image; stays when there is none. */
-  stepImage(by: 1 | -1): void {
-    const imageId = this.current?.image.id;
-    let index = this.at;
-    while (this.poses[index]?.image.id === imageId && index >= 0 && index < this.poses.length) {
-      index += by;
-    }
-    const target = this.poses[index];
-    if (target !== undefined) {
-      this.at = this.poses.findIndex((pose) => pose.image.id === target.image.id);
-    }
-  }
-
-  /** Moves to the next ungraded pose after the current one, around the end; false if there is none. */
-  toNextUngraded(): boolean {
-    const next = this.upcoming(1)[0];
-    if (next === undefined) {
+  goTo(key: string): boolean {
+    if (!this.has(key)) {
       return false;
     }
-    this.at = this.indexById.get(next.id) ?? this.at;
+    this.at = key;
+    this.isResting = false;
     return true;
   }
 
-  /** Moves to the first ungraded pose of all; false if there is none here. */
-  toFirstUngraded(): boolean {
-    const index = this.poses.findIndex((pose) => !this.grades.has(pose.id));
-    this.at = Math.max(0, index);
-    return index >= 0;
+  /** The next or previous stop, over the borders of images; stays at the ends. */
+  step(by: 1 | -1): void {
+    this.moveTo(this.index + by);
   }
 
-  /** The ungraded poses that will come by themselves, nearest first. */
-  upcoming(count: number): readonly Pose[] {
-    const found: Pose[] = [];
-    for (let ahead = 1; ahead <= this.poses.length && found.length < count; ahead += 1) {
-      const pose = this.poses[(this.at + ahead) % this.poses.length];
-      if (pose !== undefined && !this.grades.has(pose.id)) {
-        found.push(pose);
+  /** The first stop of the next or previous image; stays when there is none. */
+  stepImage(by: 1 | -1): void {
+    const imageId = this.current?.image.id;
+    let index = this.index;
+    while (this.stops[index]?.image.id === imageId && index >= 0 && index < this.stops.length) {
+      index += by;
+    }
+    const target = this.stops[index]?.image.id;
+    if (target !== undefined) {
+      this.moveTo(this.stops.findIndex(({ image }) => image.id === target));
+    }
+  }
+
+  /** Moves to the next due stop after the current one, around the end; false if there is none. */
+  toNextDue(): boolean {
+    const next = this.upcoming(1)[0];
+    return next !== undefined && this.goTo(next.key);
+  }
+
+  /** Moves to the first due stop of all; false if there is none here. */
+  toFirstDue(): boolean {
+    const first = this.stops.find(({ key }) => this.isOpen(key));
+    this.isResting = first === undefined;
+    return first !== undefined && this.goTo(first.key);
+  }
+
+  /** The due stops that will come by themselves, nearest first. */
+  upcoming(count: number): readonly Stop[] {
+    const found: Stop[] = [];
+    const { stops, index } = this;
+    for (let ahead = 1; ahead <= stops.length && found.length < count; ahead += 1) {
+      const stop = stops[(index + ahead) % stops.length];
+      if (stop !== undefined && this.isOpen(stop.key)) {
+        found.push(stop);
       }
     }
     return found;
   }
 
+  /** Whether a stop is due and not done. */
+  isOpen(key: string): boolean {
+    return this.due.has(key) && !this.isDone(key);
+  }
+
   /** Number of the current image among all, from 1, and how many there are. */
   imagePosition(): { readonly number: number; readonly count: number } {
-    const ids = [...new Set(this.poses.map((pose) => pose.image.id))];
+    const ids = [...this.groups.keys()];
     return { number: ids.indexOf(this.current?.image.id ?? -1) + 1, count: ids.length };
   }
 
-  private record(poseId: number, grade: Grade): void {
-    this.forget(poseId);
-    this.decisions.unshift({ poseId, grade });
-    this.backSteps = 0;
-    this.setGrade(poseId, grade);
+  private get stops(): readonly Stop[] {
+    if (this.flat === null) {
+      this.flat = [...this.groups.values()].flatMap(stopsOf);
+      this.indexByKey = new Map(this.flat.map(({ key }, i) => [key, i]));
+      this.at ??= this.flat[0]?.key ?? null;
+    }
+    return this.flat;
   }
 
-  private forget(poseId: number): void {
-    const index = this.decisions.findIndex((decision) => decision.poseId === poseId);
-    if (index >= 0) {
-      this.decisions.splice(index, 1);
+  private stopAt(key: string): Stop | null {
+    const { stops } = this;
+    return stops[this.indexByKey.get(key) ?? -1] ?? null;
+  }
+
+  private isDone(key: string): boolean {
+    const [kind, id] = key.split(":");
+    return kind === "pose"
+      ? this.verdicts.isDecided(Number(id))
+      : this.verdicts.isComplete(Number(id));
+  }
+
+  private moveTo(index: number): void {
+    const target = this.stops[Math.max(0, Math.min(this.stops.length - 1, index))];
+    if (target !== undefined) {
+      this.goTo(target.key);
     }
   }
 
-  private setGrade(poseId: number, grade: Grade): void {
-    if (!this.grades.has(poseId)) {
-      this.gradedCount += 1;
-    }
-    this.grades.set(poseId, grade);
+  private groupOf(image: PoseImage): Group {
+    const group = this.groups.get(image.id) ?? { image, poses: [], isStop: false };
+    this.groups.set(image.id, group);
+    return group;
   }
+}
+
+function stopsOf({ image, poses, isStop }: Group): readonly Stop[] {
+  const stops: Stop[] = poses.map((pose) => ({ key: keyOf(pose.id), image, pose }));
+  return isStop ? [...stops, { key: keyOfImage(image.id), image, pose: null }] : stops;
 }

@@ -1,13 +1,13 @@
-/** Says in one line whether every grade has reached the server. */
+/** Says in one line whether everything has reached the server. */
 import type { OutboxState } from "./outbox";
 
 export function syncText(state: OutboxState, waiting: number): string {
-  const kept = waiting === 1 ? "1 grade kept here" : `${waiting} grades kept here`;
+  const kept = waiting === 1 ? "1 change kept here" : `${waiting} changes kept here`;
   switch (state) {
     case "idle":
-      return "All grades saved";
+      return "All saved";
     case "sending":
-      return waiting > 3 ? `Saving ${waiting} grades` : "Saving";
+      return waiting > 3 ? `Saving ${waiting} changes` : "Saving";
     case "offline":
       return `No connection, ${kept}`;
     case "signed-out":
