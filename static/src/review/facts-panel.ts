@@ -135,8 +135,7 @@ function fitFacts(pose: Pose): Fact[] {
   return [
     ["Range", quantity(Math.hypot(...pose.centroid_in_cam_m), "m")],
     ["Moved", `${quantity(Math.hypot(east, north), "m", 1)} from AIS`],
-    ["East, north", `${number(east, 1)}, ${quantity(north, "m", 1)}`],
-    ["Up", quantity(up, "m", 1)],
+    ["E, N, up", `${number(east, 1)}, ${number(north, 1)}, ${quantity(up, "m", 1)}`],
     ["Detection", `score ${number(pose.detection.score, 2)}`],
   ];
 }
