@@ -95,7 +95,7 @@ export class ReviewActs {
     const isSame =
       before?.image.id === scene.image.id && before.pose?.id === scene.pose?.id;
     this.scene = scene;
-    if (!isSame && !["review", "reasons"].includes(this.machine.current.name)) {
+    if (!isSame && !this.isReviewing()) {
       this.machine.leave(); // what is edited belongs to the pose that was shown
     }
     if (scene.pose === null) {
@@ -136,9 +136,13 @@ export class ReviewActs {
       return;
     }
     const pose = poseAt(this.scene?.poses ?? [], at);
-    if (pose !== null && this.machine.current.name !== "missed") {
+    if (pose !== null && this.isReviewing()) {
       this.hooks.onSelect(pose.id);
     }
+  }
+
+  private isReviewing(): boolean {
+    return ["review", "reasons"].includes(this.machine.current.name);
   }
 
   private stageOf(store: SurroundingsStore): Stage {

@@ -43,7 +43,7 @@ export class FactsPanel {
   private showImage(image: Pose["image"]): void {
     fill(part(this.root, "image-facts"), [
       ["Taken", utc(image.captured_at)],
-      ["There", localTime(image.captured_at, this.timeZone)],
+      ["Local time", localTime(image.captured_at, this.timeZone)],
       ["File", image.file_name],
     ]);
     part(this.root, "image-link").setAttribute("href", image.file_url);

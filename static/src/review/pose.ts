@@ -35,9 +35,9 @@ export function detectionRect({ detection }: Pose): Rect {
   };
 }
 
-/** What must be in sight to judge a pose: the detection and the projected box together. */
+/** What must be in sight to judge a pose: the detection and the box that stands together. */
 export function extent(pose: Pose): Rect {
-  const box = boundsOf(points(pose.corners_in_image_px));
+  const box = boundsOf(drawn(pose).corners);
   const detection = detectionRect(pose);
   return box === null ? detection : union(detection, box);
 }

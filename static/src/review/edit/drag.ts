@@ -53,6 +53,13 @@ export function handlePixel(camera: Camera, box: LocalBox, handle: Handle): Poin
   return project(camera, handlePoint(box, handle));
 }
 
+/** The point of the box that a handle takes hold of: the turn handle leads the bow. */
+export function gripPixel(camera: Camera, box: LocalBox, handle: Handle): Point | null {
+  return handle === "turn"
+    ? project(camera, pointOf(box, 1, 0, 0))
+    : handlePixel(camera, box, handle);
+}
+
 /** The box after a drag that began on `start` at pixel `from` and has come to pixel `to`. */
 export function dragged(
   camera: Camera,

@@ -31,29 +31,33 @@ export class EditPanel {
 
   show(generated: LocalBox, draft: LocalBox, bearings: Bearings): void {
     const change = changeBetween(generated, draft, bearings);
-    this.set("across", signed(change.across_m, "m"), change.across_m);
-    this.set("away", signed(change.away_m, "m"), change.away_m);
-    this.set("heading_deg", heading(draft.heading_deg), change.heading_deg, "°");
+    const { across_m: across, away_m: away } = change;
+    this.set("across", shift(across), across, across < 0 ? "left of it" : "right of it");
+    this.set("away", shift(away), away, away < 0 ? "nearer" : "farther");
+    const turn = `${signed(change.heading_deg)}°`;
+    this.set("heading_deg", heading(draft.heading_deg), change.heading_deg, turn);
     for (const key of ["length_m", "width_m", "height_m"] as const) {
-      this.set(key, quantity(draft[key], "m", 1), change[key], "m");
+      const grown = `${signed(change[key])}\u00a0m`;
+      this.set(key, quantity(draft[key], "m", 1), change[key], grown);
     }
   }
 
-  /** `unit` is given where the value itself is not the change. */
-  private set(name: string, value: string, change: number, unit = ""): void {
+  /** `words` say the change; a value that is as generated says so instead. */
+  private set(name: string, value: string, change: number, words: string): void {
     const row = part(this.panel, `edit-${name}`);
-    row.classList.toggle("is-changed", Math.abs(change) >= UNCHANGED);
+    const isChanged = Math.abs(change) >= UNCHANGED;
+    row.classList.toggle("is-changed", isChanged);
     part(row, "value").textContent = value;
-    const beside = row.querySelector('[data-part="change"]');
-    if (beside !== null) {
-      beside.textContent = Math.abs(change) < UNCHANGED ? "as generated" : signed(change, unit);
-    }
+    part(row, "change").textContent = isChanged ? words : "as generated";
   }
 }
 
-/** A change with its sign, always: +1.2 m. */
-function signed(value: number, unit: string): string {
-  const text = Math.abs(value) < UNCHANGED ? "0.0" : number(value, 1);
-  const sign = value >= UNCHANGED ? "+" : "";
-  return unit === "°" ? `${sign}${text}°` : `${sign}${text}\u00a0${unit}`;
+/** A distance without its sign, which the words beside it tell. */
+function shift(metres: number): string {
+  return quantity(Math.abs(metres), "m", 1);
+}
+
+/** A change with its sign, always: +1.2. */
+function signed(value: number): string {
+  return `${value > 0 ? "+" : ""}${number(value, 1)}`;
 }

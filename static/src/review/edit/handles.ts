@@ -11,7 +11,7 @@ import type { Overlay, Viewer } from "../../viewer/viewer";
 import { linePath } from "../../viewer/overlay/paths";
 import { Lines } from "../../viewer/overlay/lines";
 import { projectBox, type LocalBox } from "./box";
-import { HANDLES, handlePixel, type Handle } from "./drag";
+import { gripPixel, HANDLES, handlePixel, type Handle } from "./drag";
 import { spread } from "./spread";
 
 /** Pixels on the screen: off the box, and from each other. */
@@ -180,7 +180,7 @@ export class Handles implements Overlay {
   private leader(handle: Handle, view: View): string {
     const place = this.places.get(handle);
     const { shown } = this;
-    const from = shown === null ? null : handlePixel(shown.camera, shown.box, handle);
+    const from = shown === null ? null : gripPixel(shown.camera, shown.box, handle);
     return place === undefined || from === null ? "" : linePath([from, toImage(view, place)], view);
   }
 

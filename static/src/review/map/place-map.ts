@@ -14,7 +14,7 @@ const WIDTH = 320;
 const HEIGHT = 190;
 const RADIANS = Math.PI / 180;
 /** A footprint is never drawn shorter than this, so that a tug 3 km away is still seen. */
-const LEAST_SHIP_PX = 9;
+const LEAST_SHIP_PX = 14;
 const SCALE_BAR_PX = 80;
 
 export interface OnMap {
@@ -91,7 +91,8 @@ function cone(frame: MapFrame, lookingDeg: number, halfDeg: number): string {
 /** A hull seen from above, its bow pointed. */
 function footprint(frame: MapFrame, { at, headingDeg, lengthM, widthM }: Vessel): string {
   const grown = Math.max(1, LEAST_SHIP_PX / (lengthM * frame.pxPerM));
-  const [half, beam] = [(lengthM * grown) / 2, (widthM * grown) / 2];
+  const leastBeam = LEAST_SHIP_PX / 6 / frame.pxPerM;
+  const [half, beam] = [(lengthM * grown) / 2, Math.max(leastBeam, (widthM * grown) / 2)];
   const [s, c] = [Math.sin(headingDeg * RADIANS), Math.cos(headingDeg * RADIANS)];
   const point = (forward: number, starboard: number): Metres => [
     at[0] + forward * s + starboard * c,

@@ -78,18 +78,18 @@ export class RematchPanel {
     button.type = "button";
     const rank = element("span", "candidate__rank");
     rank.append(element("kbd", "kbd", index < 9 ? String(index + 1) : "–"));
-    const words = element("span", "candidate__words");
-    words.append(
+    button.append(
+      rank,
       element("strong", "", nameOf(candidate)),
+      element("span", "candidate__cost number", number(candidate.cost, 3)),
       element("span", "muted small", about(candidate)),
       element("span", "muted small number", terms(candidate)),
     );
     if (candidate.current) {
-      words.append(element("span", "badge badge--accent", "Matched now"));
+      button.append(element("span", "badge badge--accent", "Matched now"));
     } else if (candidate.pose_id !== null) {
-      words.append(element("span", "badge badge--warning", "Has another box already"));
+      button.append(element("span", "badge badge--warning", "Has another box already"));
     }
-    button.append(rank, words, element("span", "candidate__cost number", number(candidate.cost, 3)));
     button.addEventListener("click", () => {
       this.hooks.onPick(index);
     });
@@ -112,6 +112,8 @@ function about(candidate: Candidate): string {
 
 function terms(candidate: Candidate): string {
   const { summands, dividedBy } = costInWords(candidate.cost_terms);
-  const sum = summands.map(({ name, value }) => `${name} ${number(value, 3)}`).join(" + ");
-  return dividedBy === null ? sum : `(${sum}) / ${number(dividedBy.value, 2)}`;
+  const parts = summands.map(({ name, value }) => `${name} ${number(value, 3)}`);
+  return [...parts, dividedBy === null ? null : `score ${number(dividedBy.value, 2)}`]
+    .filter((words) => words !== null)
+    .join(", ");
 }
