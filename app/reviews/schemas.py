@@ -385,6 +385,9 @@ class PoseOut(BaseModel):
             disagreement=reviewed.disagreement,
             bookmarked=beside.bookmarked,
             comments=beside.comments,
-            correction=CorrectionOut.of(correction) if correction else None,
+            correction=correction
+            and CorrectionOut.of(
+                correction, vessel=PoseVessel.of(correction.mmsi, reviewed.corrected_vessel)
+            ),
             correction_version=beside.correction_version,
         )

@@ -28,6 +28,7 @@ class ReviewedPose:
     vessel: Vessel | None
     reviews: Sequence[Review]
     correction: Correction | None
+    corrected_vessel: Vessel | None
     beside: Beside
     reader_id: int | None
 
@@ -119,21 +120,28 @@ def with_verdicts(
     """Put poses together with what stands beside them."""
     ids = [pose.id for pose in poses]
     reviews = repository.standing_reviews(session, ids)
-    vessels = repository.vessels(session, (pose.mmsi for pose in poses))
     beside = repository.beside(session, ids, reader_id)
     corrected = [pose_id for pose_id, notes in beside.items() if notes.correction_version]
     corrections = correction_repository.counting(session, corrected) if corrected else {}
+    mmsis = {pose.mmsi for pose in poses} | {found.mmsi for found in corrections.values()}
+    vessels = repository.vessels(session, mmsis)
     return [
         ReviewedPose(
-            pose,
-            vessels.get(pose.mmsi),
-            reviews.get(pose.id, ()),
-            corrections.get(pose.id),
-            beside[pose.id],
-            reader_id,
+            pose=pose,
+            vessel=vessels.get(pose.mmsi),
+            reviews=reviews.get(pose.id, ()),
+            correction=(correction := corrections.get(pose.id)),
+            corrected_vessel=vessels.get(correction.mmsi) if correction else None,
+            beside=beside[pose.id],
+            reader_id=reader_id,
         )
         for pose in poses
     ]
+
+
+def vessel(session: Session, mmsi: int) -> Vessel | None:
+    """Return what is known of a vessel."""
+    return repository.vessels(session, [mmsi]).get(mmsi)
 
 
 def reviews_of(session: Session, pose_id: int) -> Sequence[Review]:

@@ -1,10 +1,8 @@
-"""From fusion's results to the columns that keep them: plain numbers, lists, None for no pixel."""
+"""From fusion's results to the rows that keep them."""
 
 from collections.abc import Sequence
-from math import isfinite
 from typing import Any
 
-from app.domain.arrays import FloatArray
 from app.domain.camera import Camera
 from app.domain.candidates import UnmatchedReason
 from app.domain.fusion import FusionResult
@@ -12,6 +10,7 @@ from app.domain.geodesy import WorldFrame
 from app.domain.vessel_state import VesselState
 from app.domain.waterplane import water_plane_segment
 from app.runs.batch_repository import PoseRows
+from app.runs.pose_columns import pixels, pose_columns
 
 MATCHED = "matched"
 # These are not even near the picture: a busy estuary has hundreds an image.
@@ -77,40 +76,13 @@ def pose_rows(
     rows = []
     for pose in result.poses:
         state = states[pose.state_index]
-        center = frame.geodetic(pose.centroid_in_world)
-        covariance = pose.position_covariance_in_enu_m2
         rows.append(
             PoseRows(
                 detection_index=pose.detection_index,
                 state_index=places[pose.state_index],
                 cost=pose.cost,
                 cost_terms=pose.cost_terms,
-                pose={
-                    "mmsi": int(state.identifier),
-                    "lat_deg": center.lat_deg,
-                    "lon_deg": center.lon_deg,
-                    "center_height_m": center.height_m,
-                    "heading_deg": pose.heading_deg,
-                    "centroid_in_cam_m": pose.centroid_in_cam_m.tolist(),
-                    "rotvec_cam_from_vessel": pose.rotvec_cam_from_vessel.tolist(),
-                    "length_m": pose.length_m,
-                    "width_m": pose.width_m,
-                    "height_m": float(pose.height_m),
-                    "corners_in_image_px": pixels(pose.corners_in_image_px),
-                    "corrected_segment_px": pixels(pose.segment_corrected_px),
-                    "correction_in_enu_m": pose.correction_in_enu_m.tolist(),
-                    "position_covariance_in_enu_m2": None
-                    if covariance is None
-                    else covariance.tolist(),
-                    "heading_sigma_deg": pose.heading_sigma_deg,
-                    "height_sigma_m": pose.height_sigma_m,
-                    "flags": pose.flags,
-                },
+                pose=pose_columns(frame, state, pose),
             )
         )
     return rows
-
-
-def pixels(points_px: FloatArray) -> list[list[float] | None]:
-    """Return points (n, 2) as lists, None where a point has no projection."""
-    return [point if all(map(isfinite, point)) else None for point in points_px.tolist()]
