@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
-from math import cos, radians, sin
+from math import cos, hypot, radians, sin
 from typing import NamedTuple
 
 from app.domain.ais import PositionReport, StaticReport
@@ -24,6 +24,12 @@ from app.domain.vessel_state import HeadingSource, VesselState
 from app.domain.vessel_statics import VesselStatics, statics_at
 
 MPS_PER_KN = 1852 / 3600
+# One sigma of a heading, by where it came from.
+REPORTED_SIGMA_DEG = 3.0
+COURSE_SIGMA_DEG = 7.0
+SLOW_COURSE_SIGMA_DEG = 15.0
+STEADY_COURSE_KN = 5.0  # from here on the course is steady
+HELD_SIGMA_DEG = 5.0
 
 
 class TrackMethod(StrEnum):
@@ -32,6 +38,14 @@ class TrackMethod(StrEnum):
     HEADING_DR = "heading_dr"
     COG_DR = "cog_dr"
     HERMITE = "hermite"
+
+
+# How a place grows uncertain with the seconds that a method bridges, on real traffic.
+_SIGMA_GROWTH_M_PER_S = {
+    TrackMethod.HEADING_DR: 0.15,
+    TrackMethod.COG_DR: 0.1,
+    TrackMethod.HERMITE: 0.02,
+}
 
 
 class NoState(StrEnum):
@@ -59,14 +73,18 @@ class TrackSettings:
 class _Heading(NamedTuple):
     deg: float
     source: HeadingSource
+    sigma_deg: float
 
 
 class _Place(NamedTuple):
+    """A place with the age still to be applied; `bridged_s` is how far its reports are away."""
+
     lat_deg: float
     lon_deg: float
     speed_kn: float
     age_s: float
     reports: tuple[PositionReport, ...]
+    bridged_s: float
 
 
 def state_at(
@@ -110,10 +128,20 @@ def state_at(
         return place
     if heading is None:
         return NoState.NO_HEADING
-    return _state(place, heading, statics_at(statics, at))
+    sigma_m = _bridging_sigma_m(place, settings.method)
+    return _state(place, heading, statics_at(statics, at), sigma_m)
 
 
-def _state(place: _Place, heading: _Heading, statics: VesselStatics) -> VesselState | NoState:
+def _bridging_sigma_m(place: _Place, asked: TrackMethod) -> float:
+    used = asked
+    if asked is TrackMethod.HERMITE and len(place.reports) == 1:
+        used = TrackMethod.COG_DR
+    return _SIGMA_GROWTH_M_PER_S[used] * place.bridged_s
+
+
+def _state(
+    place: _Place, heading: _Heading, statics: VesselStatics, bridging_sigma_m: float
+) -> VesselState | NoState:
     hull = statics.hull
     if hull is None:
         return NoState.NO_DIMENSIONS
@@ -130,6 +158,13 @@ def _state(place: _Place, heading: _Heading, statics: VesselStatics) -> VesselSt
         to_starboard_m=hull.to_starboard_m,
         heading_source=heading.source,
         report_ids=tuple(r.report_id for r in place.reports if r.report_id is not None),
+        position_sigma_m=hypot(
+            max(report.position_sigma_m for report in place.reports),
+            bridging_sigma_m,
+            # An antenna put amidships may stand anywhere along the hull.
+            (hull.to_bow_m + hull.to_stern_m) / 2 if hull.is_centred else 0.0,
+        ),
+        heading_sigma_deg=heading.sigma_deg,
     )
 
 
@@ -139,7 +174,7 @@ def _as_reported(report: PositionReport, at: datetime, settings: TrackSettings) 
         return NoState.TOO_OLD
     if report.sog_kn is None:
         return NoState.NO_SPEED
-    return _Place(report.lat_deg, report.lon_deg, report.sog_kn, age_s, (report,))
+    return _Place(report.lat_deg, report.lon_deg, report.sog_kn, age_s, (report,), age_s)
 
 
 def _along_course(
@@ -187,7 +222,8 @@ def _between(first: PositionReport, last: PositionReport, at: datetime) -> _Plac
         speed_kn = known[0] + s * (known[1] - known[0])
     else:
         speed_kn = known[0] if known else 0.0
-    return _Place(lat_deg, lon_deg, speed_kn, 0.0, (first, last))
+    nearest_s = min(s, 1 - s) * span_s
+    return _Place(lat_deg, lon_deg, speed_kn, 0.0, (first, last), nearest_s)
 
 
 def _velocity_mps(report: PositionReport) -> tuple[float, float] | None:
@@ -204,7 +240,7 @@ def _velocity_mps(report: PositionReport) -> tuple[float, float] | None:
 def _reported_heading(report: PositionReport) -> _Heading | None:
     if report.heading_deg is None:
         return None
-    return _Heading(report.heading_deg, HeadingSource.REPORTED)
+    return _Heading(report.heading_deg, HeadingSource.REPORTED, REPORTED_SIGMA_DEG)
 
 
 def _heading_at(
@@ -218,17 +254,19 @@ def _heading_at(
     if latest.heading_deg is not None:
         following = after[0].heading_deg if after else None
         if following is None:
-            return _Heading(latest.heading_deg, HeadingSource.REPORTED)
+            return _Heading(latest.heading_deg, HeadingSource.REPORTED, REPORTED_SIGMA_DEG)
         span_s = (after[0].fix_time - latest.fix_time).total_seconds()
         share = (at - latest.fix_time).total_seconds() / span_s
         turn_deg = (following - latest.heading_deg + 180) % 360 - 180
-        return _Heading((latest.heading_deg + share * turn_deg) % 360, HeadingSource.REPORTED)
+        heading_deg = (latest.heading_deg + share * turn_deg) % 360
+        return _Heading(heading_deg, HeadingSource.REPORTED, REPORTED_SIGMA_DEG)
     speed_kn = latest.sog_kn
     if speed_kn is None:
         return None
     if speed_kn >= settings.min_course_kn:
         course = latest.cog_deg
-        return None if course is None else _Heading(course, HeadingSource.COURSE)
+        sigma_deg = COURSE_SIGMA_DEG if speed_kn >= STEADY_COURSE_KN else SLOW_COURSE_SIGMA_DEG
+        return None if course is None else _Heading(course, HeadingSource.COURSE, sigma_deg)
     return _held_heading(before, at, settings)
 
 
@@ -240,5 +278,5 @@ def _held_heading(
         if too_old or report.sog_kn is None or report.sog_kn > settings.max_still_kn:
             return None
         if report.heading_deg is not None:
-            return _Heading(report.heading_deg, HeadingSource.HELD)
+            return _Heading(report.heading_deg, HeadingSource.HELD, HELD_SIGMA_DEG)
     return None

@@ -8,9 +8,9 @@ from sqlalchemy.orm import Session
 from app.ais.area import Area
 from app.ais.service import reports_between
 from app.domain.ais import PositionReport
-from app.domain.fusion_settings import FusionSettings
+from app.domain.fusion_settings import FusionSettings, Preset
 from app.domain.geodesy import Geodetic
-from app.domain.tracks import TrackSettings, state_at
+from app.domain.tracks import TrackMethod, TrackSettings, state_at
 from app.domain.vessel_state import VesselState
 
 
@@ -19,16 +19,22 @@ def states_around(
 ) -> list[VesselState]:
     """Return the states of all vessels heard lately within range of the camera, by MMSI.
 
-    A vessel whose reports do not suffice for a state (no heading, no size) is left out.
+    A vessel whose reports do not suffice for a state (no heading, no size) is left out. Preset
+    `paper` looks back only, as published; others use what was heard after the image too.
     """
-    tracking = TrackSettings(max_age_s=settings.maximum_report_age_s)
+    is_paper = settings.preset is Preset.PAPER
+    tracking = TrackSettings(
+        method=TrackMethod.HEADING_DR if is_paper else TrackMethod.HERMITE,
+        max_age_s=settings.maximum_report_age_s,
+    )
+    ahead_s = 0.0 if is_paper else settings.maximum_report_age_s
     # A ship of 50 kn covers 1.5 km in a minute: what comes into range was heard outside it.
     reach_m = settings.maximum_range_m + 26 * settings.maximum_report_age_s
     positions, statics = reports_between(
         session,
         site_id,
         at - timedelta(seconds=settings.maximum_report_age_s),
-        at,
+        at + timedelta(seconds=ahead_s),
         Area.around(camera_at.lat_deg, camera_at.lon_deg, reach_m),
     )
     by_vessel: dict[int, list[PositionReport]] = defaultdict(list)

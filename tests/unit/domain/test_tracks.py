@@ -54,7 +54,8 @@ def reason(reports: list[PositionReport], at_s: float, settings: TrackSettings =
 
 def test_paper_leaves_the_dead_reckoning_to_fusion() -> None:
     """The paper's state is the report itself with its age, heading and size."""
-    assert state([after(-30), REPORT, after(5)], 1.5) == VesselState(
+    found = state([after(-30), REPORT, after(5)], 1.5)
+    assert replace(found, position_sigma_m=5.0) == VesselState(
         "211000001",
         53.54,
         9.98,
@@ -152,6 +153,18 @@ def test_hermite_meets_both_reports_and_names_them() -> None:
         pytest.approx(120.0, abs=1e-5),
     )
     assert at_first.report_ids == (7, 8)
+
+
+def test_the_sigmas_tell_where_a_state_came_from() -> None:
+    """Age, the accuracy flag, a course for a heading and an unknown antenna widen them."""
+    fresh, old = state([REPORT], 0, COURSE), state([REPORT], 40, COURSE)
+    assert fresh.position_sigma_m == 5.0 < old.position_sigma_m
+    rough = replace(REPORT, high_accuracy=False)
+    assert state([rough], 0, COURSE).position_sigma_m == 10.0
+    bridged = state([REPORT, after(80)], 40, HERMITE)
+    assert bridged.position_sigma_m < old.position_sigma_m
+    by_course = state([replace(REPORT, heading_deg=None)], 0, COURSE)
+    assert by_course.heading_sigma_deg > fresh.heading_sigma_deg
 
 
 def test_hermite_without_a_later_report_goes_along_the_course() -> None:
