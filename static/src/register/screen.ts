@@ -305,7 +305,7 @@ export class RegisterScreen {
   private split(): void {
     const { root } = this;
     const stage = part(root, "stage");
-    new Splitter({ bar: part(root, "splitter-x"), frame: stage, property: "--image-share", axis: "x", share: 0.62, least: 0.2, most: 0.8, storageKey: "quaymark.register.split-x" });
+    new Splitter({ bar: part(root, "splitter-x"), frame: stage, property: "--image-share", axis: "x", share: 0.56, least: 0.2, most: 0.8, storageKey: "quaymark.register.split-x" });
     new Splitter({ bar: part(root, "splitter-y"), frame: root, property: "--stage-share", axis: "y", share: 0.6, least: 0.3, most: 0.8, storageKey: "quaymark.register.split-y" });
   }
 }

@@ -31,7 +31,7 @@ export function askImport(dialog: HTMLDialogElement, fileName: string, plan: Imp
   part(dialog, "import-summary").textContent = summary(errors, changes);
   const take = part(dialog, "import-take") as HTMLButtonElement;
   take.disabled = changes === 0;
-  take.textContent = errors > 0 ? `Import the ${changes} right line${changes === 1 ? "" : "s"}` : `Import ${changes} keypoint${changes === 1 ? "" : "s"}`;
+  take.textContent = errors > 0 ? `Import the ${changes} good line${changes === 1 ? "" : "s"}` : `Import ${changes} keypoint${changes === 1 ? "" : "s"}`;
   dialog.returnValue = "";
   dialog.showModal();
   return new Promise((resolve) => {
@@ -55,5 +55,5 @@ function summary(errors: number, changes: number): string {
     return changes === 0 ? "Nothing in this file differs from what is here." : "Every line is understood. Undo takes the import back.";
   }
   const lines = errors === 1 ? "1 line has an error" : `${errors} lines have errors`;
-  return `${lines}. Correct the file and choose it again${changes > 0 ? ", or import the right lines only" : ""}.`;
+  return `${lines}. Correct the file and choose it again${changes > 0 ? ", or import the good lines only" : ""}.`;
 }

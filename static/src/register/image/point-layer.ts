@@ -8,6 +8,7 @@ import { number } from "../../format";
 import { toScreen, type View } from "../../viewer/view";
 import type { Overlay } from "../../viewer/viewer";
 import type { Editor } from "../editor";
+import { placeLabels, widthOf } from "../labels";
 import type { Point, Role } from "../model/point";
 import { svgElement } from "./svg";
 
@@ -46,6 +47,27 @@ export class PointLayer implements Overlay {
     for (const point of shown) {
       this.place(this.marks.get(point.key) ?? this.make(point.key), point, view);
     }
+    this.writeNames(shown, view);
+  }
+
+  /** The selected name first, then in order; a hidden name comes with the pointer or the focus. */
+  private writeNames(points: readonly Point[], view: View): void {
+    const ranked = [...points].sort((a, b) => this.rank(a) - this.rank(b));
+    const labels = ranked.map(({ pixel, name }) => {
+      const [x, y] = toScreen(view, pixel ?? [0, 0]);
+      return { x, y, width: widthOf(name) };
+    });
+    const sides = placeLabels(labels, this.group?.ownerSVGElement?.clientWidth ?? Infinity);
+    ranked.forEach(({ key }, index) => {
+      const [mark, side] = [this.marks.get(key), sides[index] ?? null];
+      mark?.group.classList.toggle("is-nameless", side === null);
+      mark?.label.setAttribute("text-anchor", side === "left" ? "end" : "start");
+      mark?.label.setAttribute("x", String(side === "left" ? -RADIUS - 5 : RADIUS + 5));
+    });
+  }
+
+  private rank({ key, place }: Point): number {
+    return key === this.editor.selectedKey ? 0 : place === null ? 1 : 2;
   }
 
   focus(key: string): void {
@@ -56,7 +78,7 @@ export class PointLayer implements Overlay {
     const group = svgElement("g", "register-point", { tabindex: 0, role: "slider" });
     const casing = svgElement("path", "register-point__casing");
     const shape = svgElement("path", "register-point__shape");
-    const label = svgElement("text", "register-point__label", { x: RADIUS + 5, y: 4 });
+    const label = svgElement("text", "register-point__label", { y: 4.5 });
     group.append(casing, shape, label);
     group.addEventListener("focus", () => {
       this.onFocus(key);

@@ -6,6 +6,7 @@ import L from "leaflet";
 import type { EnuFrame } from "../../geometry/geodesy";
 
 const APART_PX = 90;
+const SCALE_PX = 130;
 const STEPS = [1, 2, 5, 10];
 
 export class LocalGrid {
@@ -33,6 +34,9 @@ export class LocalGrid {
     }
     for (let x = Math.ceil(west[0] / step) * step; x <= east[0]; x += step) {
       this.line([x, west[1]], [x, east[1]], x === 0);
+      if (((east[0] - x) / (east[0] - west[0])) * width < SCALE_PX) {
+        continue; // the scale stands there
+      }
       this.label([x, west[1]], metresText(x, "E", "W"), "map-grid__label map-grid__label--east");
     }
     for (let y = Math.ceil(west[1] / step) * step; y <= east[1]; y += step) {

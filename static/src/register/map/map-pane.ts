@@ -9,6 +9,7 @@ import L from "leaflet";
 import type { Geodetic } from "../../geometry/geodesy";
 import type { Vec3 } from "../../geometry/vectors";
 import type { Change, Editor } from "../editor";
+import { placeLabels, widthOf, type Side } from "../labels";
 import type { Point } from "../model/point";
 import { LocalGrid } from "./local-grid";
 import { viewCone } from "./view-cone";
@@ -20,8 +21,16 @@ export interface Tiles {
 
 const CLOSEST = 21;
 const NEAR_M = 400;
-/** Names stand beside landmarks as long as they do not cover the map. */
-const MOST_NAMES = 30;
+/** Room for names beside the outermost marks. */
+const NAMES_PX = 110;
+
+interface Mark {
+  readonly place: Geodetic;
+  readonly name: string;
+  readonly className: string;
+  readonly isFirst: boolean;
+  onClick(): void;
+}
 
 export class MapPane {
   private readonly map: L.Map;
@@ -57,6 +66,9 @@ export class MapPane {
       const { lat, lng } = event.latlng;
       editor.locate({ latDeg: lat, lonDeg: lng, heightM: editor.world.waterLevelM });
     });
+    this.map.on("zoomend", () => {
+      this.drawLandmarks(); // other names have room now
+    });
     new ResizeObserver(() => {
       this.map.invalidateSize({ animate: false });
       this.frameOnce();
@@ -77,7 +89,13 @@ export class MapPane {
       places.push(at(world.frame.geodetic(figures.camera.center)));
     }
     if (places.length > 0) {
-      this.map.fitBounds(L.latLngBounds(places).pad(0.08), { animate: false, maxZoom: 18 });
+      const room = this.map.getSize().x > 3 * NAMES_PX ? NAMES_PX : 20;
+      this.map.fitBounds(L.latLngBounds(places), {
+        animate: false,
+        maxZoom: 18,
+        paddingTopLeft: [40, 40],
+        paddingBottomRight: [room, 50],
+      });
     }
   }
 
@@ -115,22 +133,36 @@ export class MapPane {
     const { points, landmarks, selectedKey, armed } = this.editor;
     this.landmarks.clearLayers();
     const placed = new Set(points.map(({ landmarkId }) => landmarkId));
-    const others = landmarks.filter(({ id }) => !placed.has(id));
-    const showsNames = points.length + others.length <= MOST_NAMES;
-    for (const landmark of others) {
-      const isArmed = landmark.id === armed?.id;
-      this.mark(landmark.place, landmark.name, `map-landmark${isArmed ? " is-selected" : ""}`, showsNames || isArmed, () => {
+    const marks: Mark[] = points.flatMap((point) => {
+      const isFirst = point.key === selectedKey;
+      const onClick = (): void => {
+        this.choose(point);
+      };
+      const className = this.classOf(point, isFirst);
+      return point.place === null ? [] : [{ place: point.place, name: point.name, className, isFirst, onClick }];
+    });
+    for (const landmark of landmarks.filter(({ id }) => !placed.has(id))) {
+      const isFirst = landmark.id === armed?.id;
+      const className = `map-landmark${isFirst ? " is-selected" : ""}`;
+      const onClick = (): void => {
         this.editor.pick(landmark);
-      });
+      };
+      marks.push({ place: landmark.place, name: landmark.name, className, isFirst, onClick });
     }
-    for (const point of points) {
-      const isSelected = point.key === selectedKey;
-      if (point.place !== null) {
-        this.mark(point.place, point.name, this.classOf(point, isSelected), showsNames || isSelected, () => {
-          this.choose(point);
-        });
+    this.drawMarks(marks.sort((a, b) => Number(b.isFirst) - Number(a.isFirst)));
+  }
+
+  private drawMarks(marks: readonly Mark[]): void {
+    const labels = marks.map(({ place, name }) => {
+      const { x, y } = this.map.latLngToContainerPoint(at(place));
+      return { x, y, width: widthOf(name) };
+    });
+    placeLabels(labels, this.map.getSize().x).forEach((side, index) => {
+      const mark = marks[index];
+      if (mark !== undefined) {
+        this.mark(mark, side);
       }
-    }
+    });
   }
 
   private choose(point: Point): void {
@@ -153,12 +185,17 @@ export class MapPane {
     ].join(" ");
   }
 
-  private mark(place: Geodetic, name: string, className: string, showsName: boolean, onClick: () => void): void {
-    const radius = className.includes("is-selected") ? 8 : 6;
+  private mark({ place, name, className, isFirst, onClick }: Mark, side: Side): void {
+    const radius = isFirst ? 8 : 6;
     const label = document.createElement("span");
     label.textContent = name;
     L.circleMarker(at(place), { className, radius, bubblingMouseEvents: false })
-      .bindTooltip(label, { permanent: showsName, direction: "right", offset: [8, 0], className: "map-name" })
+      .bindTooltip(label, {
+        permanent: side !== null,
+        direction: side ?? "top",
+        offset: side === null ? [0, -6] : [side === "left" ? -6 : 6, 0],
+        className: "map-name",
+      })
       .on("click", onClick)
       .addTo(this.landmarks);
   }
@@ -189,7 +226,7 @@ export class MapPane {
     const label = document.createElement("span");
     label.textContent = "Camera";
     L.circleMarker(center, { radius: 7, className: "map-camera", interactive: false })
-      .bindTooltip(label, { permanent: true, direction: "left", offset: [-8, 0], className: "map-name map-name--camera" })
+      .bindTooltip(label, { permanent: true, direction: "bottom", offset: [0, 6], className: "map-name map-name--camera" })
       .addTo(this.camera);
   }
 

@@ -17,14 +17,14 @@ export interface Cell {
 
 export const CELLS: readonly Cell[] = [
   { column: "name", title: "Name", hint: "The landmark", isNumber: false, isEditable: true },
+  { column: "loo", title: "Leave-one-out", hint: "Pixels off if the fit had not known this keypoint: the error to trust", isNumber: true, isEditable: false },
+  { column: "error", title: "Residual", hint: "Pixels between click and projection", isNumber: true, isEditable: false },
+  { column: "role", title: "Role", hint: "Control enters the fit, check only judges it, off is left out", isNumber: false, isEditable: true },
   { column: "u", title: "u", hint: "Pixels from the left; 0 is the centre of the first", isNumber: true, isEditable: true },
   { column: "v", title: "v", hint: "Pixels from the top; 0 is the centre of the first", isNumber: true, isEditable: true },
   { column: "lat", title: "Latitude", hint: "WGS84, degrees", isNumber: true, isEditable: true },
   { column: "lon", title: "Longitude", hint: "WGS84, degrees", isNumber: true, isEditable: true },
   { column: "height", title: "Height", hint: "Metres above the WGS84 ellipsoid", isNumber: true, isEditable: true },
-  { column: "role", title: "Role", hint: "Control enters the fit, check only judges it, off is left out", isNumber: false, isEditable: true },
-  { column: "error", title: "Residual", hint: "Pixels between click and projection", isNumber: true, isEditable: false },
-  { column: "loo", title: "Leave-one-out", hint: "Pixels off if the fit had not known this keypoint: the error to trust", isNumber: true, isEditable: false },
 ];
 
 export function textOf(point: Point, column: Column, errors: Errors | undefined): string {
