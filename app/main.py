@@ -22,12 +22,15 @@ from app.evaluation import router as evaluation
 from app.exports import pages as export_pages
 from app.exports import router as exports
 from app.guideline import pages as guideline_pages
+from app.guideline import router as guideline
 from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
 from app.jobs import JobClient
 from app.registration import editor_pages as registration_editor
 from app.registration import pages as registration_pages
 from app.registration import router as registration
+from app.reregistration import pages as reregistration_pages
+from app.reregistration import router as reregistration
 from app.reviews import pages as review_pages
 from app.reviews import router as reviews
 from app.runs import pages as run_pages
@@ -43,12 +46,14 @@ REST = (
     admin,
     sites,
     registration,
+    reregistration,
     imagery,
     ais,
     detectors,
     runs,
     reviews,
     evaluation,
+    guideline,
     exports,
 )
 PAGES = (
@@ -56,6 +61,7 @@ PAGES = (
     admin_pages,
     site_pages,
     registration_pages,
+    reregistration_pages,
     registration_editor,
     imagery_pages,
     ais_pages,

@@ -1,6 +1,6 @@
 """Example pictures of the guideline, drawn to scale by the camera model that everything here uses.
 
-A ship of 60 m lies 190 m from a camera that stands 28 m above the water; each picture puts a box
+A ship of 60 m lies 190 m from a camera that stands 45 m above the water; each picture puts a box
 over it with exactly the error its caption names. So "12 degrees" in a picture are 12 degrees.
 """
 
@@ -17,7 +17,7 @@ from app.domain.camera import Camera, Intrinsics
 WIDTH_PX, HEIGHT_PX = 360, 200
 LENGTH_M, BREADTH_M, HEIGHT_M = 60.0, 11.0, 13.0
 HEADING_DEG = 62.0
-DISTANCE_M, CAMERA_HEIGHT_M = 190.0, 28.0
+DISTANCE_M, CAMERA_HEIGHT_M = 190.0, 45.0
 _LIGHT = np.array([-0.35, -0.6, 0.72])
 _BOX_EDGES = (
     ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -94,14 +94,14 @@ def _picture(caption: str, box: Box, *, mast_m: float = 0.0, ship: bool = True) 
 
 
 def _camera() -> Camera:
-    down = radians(8.0)
+    down = radians(13.5)
     forward = np.array([0.0, cos(down), -sin(down)])
     right = np.array([1.0, 0.0, 0.0])
     rotation = np.array([right, np.cross(forward, right), forward])
     intrinsics = Intrinsics(
         WIDTH_PX,
         HEIGHT_PX,
-        np.array([[840.0, 0, WIDTH_PX / 2], [0, 840.0, HEIGHT_PX / 2 - 6], [0, 0, 1]]),
+        np.array([[840.0, 0, WIDTH_PX / 2], [0, 840.0, HEIGHT_PX / 2 + 16], [0, 0, 1]]),
     )
     return Camera(intrinsics, rotation, np.array([0.0, 0.0, CAMERA_HEIGHT_M]))
 

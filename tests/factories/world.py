@@ -10,9 +10,11 @@ from app.tables.exports import Export
 from app.tables.groundtruth import GroundTruthBox, VesselClass
 from app.tables.imagery import CaptureTimeSource, Image
 from app.tables.notes import Comment
+from app.tables.practice import CalibrationSet, JudgedPose
 from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue
 from app.tables.registration import Landmark, Registration, RegistrationMethod
-from app.tables.reviews import MissedReason, MissedVessel
+from app.tables.reregistration import Pointing, Reregistration, ReregistrationImage
+from app.tables.reviews import Grade, MissedReason, MissedVessel
 from app.tables.runs import Match, Pose, Run, RunImage, VesselStateRow
 from app.tables.sites import Camera, Site, Viewport
 
@@ -56,7 +58,8 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     session.add(box)
     session.flush()
     run_ids = _run(session, site, viewport, image, marker, mmsi)
-    return ids | {"image_id": image.id, "box_id": box.id} | run_ids
+    turned = _reregistration(session, viewport, image, run_ids["registration_id"], marker)
+    return ids | {"image_id": image.id, "box_id": box.id} | run_ids | turned
 
 
 def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]:
@@ -104,6 +107,53 @@ def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) ->
     session.add(image)
     session.flush()
     return image
+
+
+def _reregistration(
+    session: Session, viewport: Viewport, image: Image, registration_id: int, marker: str
+) -> dict[str, int]:
+    row = Reregistration(
+        site_id=image.site_id,
+        viewport_id=viewport.id,
+        registration_id=registration_id,
+        reference_image_id=image.id,
+        settings={"images": "all", "gate": {"inliers": 15, "hull_share": 0.03, "angle_deg": 15}},
+        workflow_id=f"reregister-of-{marker}",
+        image_count=1,
+    )
+    session.add(row)
+    session.flush()
+    pointing = Pointing(
+        reregistration_id=row.id,
+        position=0,
+        rotation_from_reference=[0.0, 0.01, 0.0],
+        angle_deg=0.57,
+        covariance=[[1e-8, 0.0, 0.0], [0.0, 1e-8, 0.0], [0.0, 0.0, 1e-7]],
+        first_at=image.captured_at,
+        last_at=image.captured_at,
+        image_count=1,
+    )
+    session.add(pointing)
+    session.flush()
+    session.add(
+        ReregistrationImage(
+            reregistration_id=row.id,
+            image_id=image.id,
+            position=0,
+            pointing_id=pointing.id,
+            rotation_from_reference=pointing.rotation_from_reference,
+            covariance=pointing.covariance,
+            angle_deg=pointing.angle_deg,
+            inliers=80,
+            hull_share=0.4,
+            rmse_px=1.5,
+            keyframe_ids=[image.id],
+            attempts=1,
+            done_at=now(),
+        )
+    )
+    session.flush()
+    return {"reregistration_id": row.id, "pointing_id": pointing.id}
 
 
 def _run(
@@ -185,11 +235,25 @@ def _reviewing(session: Session, run: Run, image: Image, pose: Pose, marker: str
         comment=f"{marker} barge",
     )
     comment = Comment(image_id=image.id, pose_id=pose.id, text=f"{marker} comment")
-    session.add_all([queue, missed, comment])
+    judged = CalibrationSet(
+        run_id=run.id, name=f"{marker} set", from_truth=False, guideline_version=1
+    )
+    session.add_all([queue, missed, comment, judged])
     session.flush()
+    session.add(
+        JudgedPose(
+            set_id=judged.id,
+            pose_id=pose.id,
+            position=0,
+            grade=Grade.OK,
+            reasons=["heading"],
+            note=f"{marker} note",
+        )
+    )
     # A decision is known by the name its maker gave it: to others any name is unknown.
     return {
         "queue_id": queue.id,
+        "set_id": judged.id,
         "missed_id": missed.id,
         "comment_id": comment.id,
         "decision_name": 1,
