@@ -29,7 +29,7 @@ interface Mark {
   readonly name: string;
   readonly className: string;
   readonly isFirst: boolean;
-  onClick(): void;
+  readonly onClick: () => void;
 }
 
 export class MapPane {
