@@ -10,7 +10,6 @@ from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
 from app.auth.versions import check_if_match, set_etag
 from app.dependencies import PagingDep, SessionDep
-from app.errors import NotFound
 from app.ids import RowId
 from app.paging import Page
 from app.reviews import run_images
@@ -109,22 +108,19 @@ def add_missed(
 
 
 @router.get("/missed-vessels/{missed_id}")
-@router.get("/images/{image_id}/missed-vessels/{missed_id}", include_in_schema=False)
 def get_missed(
     missed_id: int,
     session: SessionDep,
     access: Reader,
     response: Response,
-    image_id: int | None = None,
 ) -> MissedOut:
     """Return a missed vessel."""
-    missed = _missed(session, access, Scope.READ, missed_id, image_id)
+    missed = _missed(session, access, Scope.READ, missed_id)
     set_etag(response, missed.version)
     return MissedOut.of(missed)
 
 
 @router.patch("/missed-vessels/{missed_id}")
-@router.patch("/images/{image_id}/missed-vessels/{missed_id}", include_in_schema=False)
 def change_missed(
     missed_id: int,
     body: MissedPatch,
@@ -132,10 +128,9 @@ def change_missed(
     session: SessionDep,
     access: Reviewer,
     response: Response,
-    image_id: int | None = None,
 ) -> MissedOut:
     """Change a missed vessel; say in `If-Match` which version."""
-    missed = _missed(session, access, Scope.REVIEW, missed_id, image_id)
+    missed = _missed(session, access, Scope.REVIEW, missed_id)
     check_if_match(request, missed.version)
     run_images.change_missed(session, missed, body.changes())
     record(
@@ -152,14 +147,9 @@ def change_missed(
 
 
 @router.delete("/missed-vessels/{missed_id}", status_code=204)
-@router.delete(
-    "/images/{image_id}/missed-vessels/{missed_id}", status_code=204, include_in_schema=False
-)
-def delete_missed(
-    missed_id: int, session: SessionDep, access: Reviewer, image_id: int | None = None
-) -> None:
+def delete_missed(missed_id: int, session: SessionDep, access: Reviewer) -> None:
     """Unmark a missed vessel."""
-    missed = _missed(session, access, Scope.REVIEW, missed_id, image_id)
+    missed = _missed(session, access, Scope.REVIEW, missed_id)
     record(
         session,
         access,
@@ -193,11 +183,7 @@ def list_detections(
     return Page(items=[DetectionOut.of(*row) for row in found])
 
 
-def _missed(
-    session: Session, access: Access, scope: Scope, missed_id: int, image_id: int | None
-) -> MissedVessel:
+def _missed(session: Session, access: Access, scope: Scope, missed_id: int) -> MissedVessel:
     missed = run_images.get_missed(session, missed_id)
     access.require(scope, run_images.site_of_image(session, missed.image_id))
-    if image_id is not None and missed.image_id != image_id:
-        raise NotFound("it was missed in another image")
     return missed

@@ -11,7 +11,14 @@ from app.dependencies import PagingDep, SessionDep
 from app.errors import Invalid
 from app.ids import Mmsi, RowId
 from app.paging import Page
-from app.reviews import correction_router, grade_router, image_router, queue_router, service
+from app.reviews import (
+    correction_router,
+    grade_router,
+    image_router,
+    note_router,
+    queue_router,
+    service,
+)
 from app.reviews.repository import PoseFilters
 from app.reviews.schemas import PoseOut
 
@@ -77,5 +84,5 @@ def get_pose(pose_id: int, session: SessionDep, access: Reader, response: Respon
     return PoseOut.of(reviewed)
 
 
-for part in (grade_router, queue_router, image_router, correction_router):
+for part in (grade_router, queue_router, image_router, correction_router, note_router):
     router.include_router(part.router)
