@@ -18,7 +18,9 @@ def _insert(
     session: Session, table: type[Bookmark] | type[KeyBindings]
 ) -> sqlite.Insert | postgresql.Insert:
     """Return an insert that can meet what is there; both databases have one of their own."""
-    return (sqlite if session.get_bind().dialect.name == "sqlite" else postgresql).insert(table)
+    if session.get_bind().dialect.name == "sqlite":
+        return sqlite.insert(table)
+    return postgresql.insert(table)
 
 
 def add_bookmark(session: Session, user_id: int, image_id: int, pose_id: int | None) -> None:

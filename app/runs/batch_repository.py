@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session, joinedload
 
 from app.db import now
 from app.domain.detection import Detection as DetectedBox
+from app.runs.inheritance_repository import inherit
 from app.tables.detection import Detection, DetectionSet, Model
 from app.tables.imagery import Image
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
@@ -136,6 +137,7 @@ def store(
     }
     set_ids |= _store_boxes(session, outcomes, model_sha256, settings_sha256)
     _store_poses(session, run_id, outcomes, set_ids)
+    inherit(session, run_id, [outcome.image_id for outcome in outcomes if outcome.poses])
     done_at = now()
     session.execute(
         sa.update(RunImage),
