@@ -32,7 +32,7 @@ export class EditPanel {
   show(generated: LocalBox, draft: LocalBox, bearings: Bearings): void {
     const change = changeBetween(generated, draft, bearings);
     const { across_m: across, away_m: away } = change;
-    this.set("across", shift(across), across, across < 0 ? "left of it" : "right of it");
+    this.set("across", shift(across), across, across < 0 ? "to the left" : "to the right");
     this.set("away", shift(away), away, away < 0 ? "nearer" : "farther");
     const turn = `${signed(change.heading_deg)}°`;
     this.set("heading_deg", heading(draft.heading_deg), change.heading_deg, turn);

@@ -9,7 +9,7 @@ import { boundsOf, type Point, type Rect } from "../../viewer/view";
 import { versionOf, withCorrection } from "../correction";
 import type { Command, Mode } from "../modes";
 import { detectionRect, points, vesselName, type Pose } from "../pose";
-import type { Stage } from "../stage";
+import type { Scene, Stage } from "../stage";
 import type { FoundBox } from "../surroundings";
 import { CandidateOverlay } from "./candidate-overlay";
 import {
@@ -56,6 +56,7 @@ export class RematchMode implements Mode {
   private candidates: readonly Candidate[] = [];
   private chosen = 0;
   private busy = false;
+  private entered = 0;
 
   constructor(private readonly stage: Stage) {
     this.panel = new RematchPanel(stage.root, {
@@ -74,19 +75,15 @@ export class RematchMode implements Mode {
 
   enter(): boolean {
     const scene = this.stage.scene();
-    this.free = freeOf(scene === null ? null : this.stage.around.of(scene.image.id)?.detections);
-    const [first] = this.free;
-    const target: Target | null =
-      scene !== null && scene.pose !== null
-        ? { kind: "pose", pose: scene.pose }
-        : first === undefined
-          ? null
-          : { kind: "detection", box: first };
-    if (target === null) {
-      showFlash("There is no detection to match here. Mark the vessel as missed instead.", "info");
+    if (scene === null) {
       return false;
     }
-    void this.aim(target);
+    this.free = [];
+    this.entered += 1;
+    if (scene.pose !== null) {
+      void this.aim({ kind: "pose", pose: scene.pose });
+    }
+    void this.loadFree(scene, this.entered);
     return true;
   }
 
@@ -169,6 +166,26 @@ export class RematchMode implements Mode {
         this.stage.machine.leave();
         showFlash(`The candidates could not be loaded. ${explain(error)}`, "error");
       }
+    }
+  }
+
+  /** The detections without a box: to choose from, and the first of them where no pose is shown. */
+  private async loadFree(scene: Scene, entered: number): Promise<void> {
+    const { around, machine } = this.stage;
+    const known = around.of(scene.image.id) ?? (await around.load(scene.image.id).catch(() => null));
+    if (this.entered !== entered || machine.current !== this) {
+      return;
+    }
+    this.free = (known?.detections ?? []).filter(({ pose_id: pose }) => pose === null);
+    const [first] = this.free;
+    if (this.target !== null) {
+      this.showFree();
+      this.draw();
+    } else if (first !== undefined) {
+      void this.aim({ kind: "detection", box: first });
+    } else {
+      machine.leave();
+      showFlash("There is no detection to match here. Mark the vessel as missed instead.", "info");
     }
   }
 
@@ -259,10 +276,6 @@ export class RematchMode implements Mode {
     const correction = await rematchPose(pose, mmsi, versionOf(pose), randomKey());
     return withCorrection(pose, correction, correction.version);
   }
-}
-
-function freeOf(boxes: readonly FoundBox[] | undefined | null): readonly FoundBox[] {
-  return (boxes ?? []).filter(({ pose_id: pose }) => pose === null);
 }
 
 function rectOf({ x1_px: x1, y1_px: y1, x2_px: x2, y2_px: y2 }: FoundBox): Rect {
