@@ -5,7 +5,7 @@
  */
 import { defineConfig } from "vitest/config";
 
-const ISLANDS = ["theme", "main", "review", "run", "upload", "register"];
+const ISLANDS = ["theme", "main", "review", "run", "live", "upload", "register", "reregistration"];
 
 export default defineConfig({
   base: "./",

@@ -12,6 +12,7 @@ from app.jobs import JobRunner
 from app.storage import Storage
 from worker.tasks.export import MakeExport
 from worker.tasks.probe import ProbeModel
+from worker.tasks.reregister import Reregister
 from worker.tasks.run_pipeline import RunPipeline
 
 
@@ -24,6 +25,7 @@ def register_tasks(
         RunPipeline(runner, database, storage, settings),
         MakeExport(runner, database, storage, settings),
         ProbeModel(runner, database, storage, settings),
+        Reregister(runner, database, storage, settings),
     )
     for task in tasks:
         runner.register(task.job, task.do, task.fail)

@@ -1,0 +1,1 @@
+"""Chequerboard calibration: photographs of a board, the lens they tell, and its versions."""

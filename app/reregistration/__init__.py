@@ -1,0 +1,1 @@
+"""Where a camera looks now, told from photographs: jobs, the pointings they propose, decisions."""
