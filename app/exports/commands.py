@@ -30,6 +30,9 @@ def export(
         list[str] | None, typer.Option(help="Only poses with this grade; once for each")
     ] = None,
     *,
+    corrected: Annotated[
+        bool, typer.Option("--corrected", help="Boxes as people corrected them")
+    ] = False,
     with_identities: Annotated[
         bool, typer.Option("--with-identities", help="MMSI instead of pseudonyms")
     ] = False,
@@ -50,6 +53,7 @@ def export(
         site_id=site,
         camera_id=camera,
         grade=[Grade(name) for name in grade] if grade else None,
+        poses="corrected" if corrected else None,
     )
     asked = Export(
         format=format_name,

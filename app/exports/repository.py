@@ -10,7 +10,7 @@ from app.paging import Paging, fetch_page
 from app.tables.ais import Vessel
 from app.tables.exports import Export, ExportStatus
 from app.tables.imagery import Image
-from app.tables.reviews import Grade, Review, verdict_order
+from app.tables.reviews import Correction, Grade, Review, verdict_order
 from app.tables.runs import Match, Pose, Run, VesselStateRow
 
 POSES_AT_ONCE = 500
@@ -72,7 +72,9 @@ class PoseSelection:
         site_id: int | None,
         camera_id: int | None,
         grades: Sequence[str] | None,
+        corrected: bool = False,
     ) -> None:
+        self._corrected = corrected
         conditions: list[sa.ColumnElement[bool]] = [Image.deleted_at.is_(None)]
         if site_ids is not None:
             conditions.append(Run.site_id.in_(list(site_ids)))
@@ -114,7 +116,7 @@ class PoseSelection:
 
     def vessels(self, session: Session) -> Sequence[tuple[int, str | None]]:
         """Return (MMSI, name) of the vessels of the selected poses, by MMSI."""
-        chosen = self._joined(sa.select(Pose.mmsi).distinct()).subquery()
+        chosen = self._mmsis().subquery()
         rows = session.execute(
             sa.select(chosen.c.mmsi, Vessel.name)
             .outerjoin(Vessel, Vessel.mmsi == chosen.c.mmsi)
@@ -122,8 +124,16 @@ class PoseSelection:
         )
         return [(row[0], row[1]) for row in rows]
 
-    def poses(self, session: Session) -> Iterator[tuple[Pose, Review | None]]:
-        """Give the selected poses with the verdicts that count, a few hundred at once.
+    def _mmsis(self) -> sa.Select[int] | sa.CompoundSelect[int]:
+        generated = self._joined(sa.select(Pose.mmsi.label("mmsi")).distinct())
+        if not self._corrected:
+            return generated
+        poses = self._joined(sa.select(Pose.id))
+        rematched = sa.select(Correction.mmsi).where(Correction.pose_id.in_(poses))
+        return sa.union(generated, rematched)
+
+    def poses(self, session: Session) -> Iterator[tuple[Pose, Review | None, Correction | None]]:
+        """Give the selected poses with the verdicts and corrections that count, by the hundred.
 
         Of a pose, its match and its state only what files hold is loaded; of its image and run
         nothing, as `images` and `runs` give them.
@@ -146,9 +156,22 @@ class PoseSelection:
                 .order_by(*verdict_order())
             ):
                 reviews.setdefault(review.pose_id, review)
+            corrections = _corrections(session, ids) if self._corrected else {}
             for pose in found:
-                yield pose, reviews.get(pose.id)
+                yield pose, reviews.get(pose.id), corrections.get(pose.id)
             session.expunge_all()
+
+
+def _corrections(session: Session, pose_ids: Sequence[int]) -> dict[int, Correction]:
+    """Return the newest corrections of poses, unless they are deleted."""
+    rows = session.scalars(
+        sa.select(Correction)
+        .options(lazyload(Correction.user))
+        .where(Correction.pose_id.in_(pose_ids))
+        .order_by(Correction.version)
+    )
+    newest = {correction.pose_id: correction for correction in rows}
+    return {pose_id: found for pose_id, found in newest.items() if found.deleted_at is None}
 
 
 def _standing_grade() -> sa.ScalarSelect[Grade]:

@@ -6,7 +6,7 @@ is fixed by its filters; the same data and filters give the same bytes.
 
 import tempfile
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import IO
 
 import cv2
@@ -28,7 +28,7 @@ from app.sites import service as sites
 from app.storage import Storage, Stored
 from app.tables.exports import Export, ExportStatus
 from app.tables.imagery import Image
-from app.tables.reviews import Review
+from app.tables.reviews import Correction, Review
 from app.tables.runs import Pose, Run
 
 EXPORT_JOB = "export"
@@ -129,6 +129,7 @@ def write_export(database: Database, export: Export, secret: bytes, target: IO[b
         site_id=filters.site_id,
         camera_id=filters.camera_id,
         grades=filters.grade,
+        corrected=filters.poses == "corrected",
     )
     with database.reading() as session:
         repository.hold_still(session)
@@ -144,8 +145,8 @@ def write_export(database: Database, export: Export, secret: bytes, target: IO[b
         images = {image.id: _image(image, shown) for image in poses.images(session)}
         registrations = {run.id: run.registration_id for run in chosen_runs}
         records = (
-            _pose(pose, review, images[pose.image_id], registrations[pose.run_id], shown)
-            for pose, review in poses.poses(session)
+            _pose(pose, review, correction, images[pose.image_id], registrations, shown)
+            for pose, review, correction in poses.poses(session)
         )
         for chunk in WRITERS[export.format][0](list(images.values()), records, selection):
             target.write(chunk)
@@ -203,37 +204,43 @@ def _image(image: Image, shown: Identities) -> ImageRecord:
 def _pose(
     pose: Pose,
     review: Review | None,
+    correction: Correction | None,
     image: ImageRecord,
-    registration_id: int,
+    registrations: Mapping[int, int],
     shown: Identities,
 ) -> PoseRecord:
+    """Put a pose together; what a person corrected takes the place of what was generated."""
     box, state = pose.match.detection, pose.match.vessel_state
-    rotation, _ = cv2.Rodrigues(np.array(pose.rotvec_cam_from_vessel, dtype=np.float64))
+    place = correction or pose
+    rotation, _ = cv2.Rodrigues(np.array(place.rotvec_cam_from_vessel, dtype=np.float64))
+    generated = "person_made" if pose.person_made else "generated"
+    source = correction.kind.value if correction else generated
     return PoseRecord(
         id=pose.id,
         run_id=pose.run_id,
-        registration_id=registration_id,
+        registration_id=registrations[pose.run_id],
         image=image,
-        vessel=shown.vessel(pose.mmsi),
+        vessel=shown.vessel(place.mmsi),
         box_px=(box.x1_px, box.y1_px, box.x2_px, box.y2_px),
         score=box.score,
-        cost=pose.match.cost,
-        centroid_in_cam_m=pose.centroid_in_cam_m,
+        cost=correction.cost if correction and correction.cost is not None else pose.match.cost,
+        centroid_in_cam_m=place.centroid_in_cam_m,
         rotation_cam_from_vessel=rotation.tolist(),
-        rotvec_cam_from_vessel=pose.rotvec_cam_from_vessel,
-        lat_deg=pose.lat_deg,
-        lon_deg=pose.lon_deg,
-        center_height_m=pose.center_height_m,
-        heading_deg=pose.heading_deg,
-        heading_source=state.heading_source,
+        rotvec_cam_from_vessel=place.rotvec_cam_from_vessel,
+        lat_deg=place.lat_deg,
+        lon_deg=place.lon_deg,
+        center_height_m=place.center_height_m,
+        heading_deg=place.heading_deg,
+        heading_source="person" if source == "edited" else state.heading_source,
         report_age_s=state.age_s,
-        length_m=pose.length_m,
-        width_m=pose.width_m,
-        height_m=pose.height_m,
-        corners_in_image_px=pose.corners_in_image_px,
+        length_m=place.length_m,
+        width_m=place.width_m,
+        height_m=place.height_m,
+        corners_in_image_px=place.corners_in_image_px,
         correction_in_enu_m=pose.correction_in_enu_m,
-        flags=pose.flags,
+        flags=pose.flags if correction is None else correction.flags,
         review=_review(review),
+        source=source,
     )
 
 

@@ -81,6 +81,7 @@ def _annotation(number: int, image_number: int, pose: PoseRecord) -> dict[str, o
         "quaymark_pose_id": pose.id,
         "run_id": pose.run_id,
         "registration_id": pose.registration_id,
+        "source": pose.source,
         **_verdict(pose.review),
     }
 

@@ -33,7 +33,8 @@ class ReviewRecord:
 class PoseRecord:
     """A pose with all it was made of: metres, degrees, px, Rodrigues vectors, camera frame OpenCV.
 
-    `vessel` is the MMSI, or a stable pseudonym where the export is anonymised.
+    `vessel` is the MMSI, or a stable pseudonym where the export is anonymised. `source` says who
+    the box and vessel are from: `generated`, or a person's: `edited`, `rematched`, `person_made`.
     """
 
     id: int
@@ -60,6 +61,7 @@ class PoseRecord:
     correction_in_enu_m: Sequence[float]
     flags: Sequence[str]
     review: ReviewRecord | None
+    source: str = "generated"
 
 
 @dataclass(frozen=True, slots=True)
