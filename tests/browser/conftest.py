@@ -19,6 +19,7 @@ from typing import Any, Protocol
 
 import httpx2
 import pytest
+import sqlalchemy as sa
 from playwright.sync_api import BrowserContext, ConsoleMessage, Page
 
 from app import schema
@@ -31,6 +32,8 @@ from app.operation.harbour_site import DETECTOR_NAME, HarbourChoice
 from app.storage import Storage
 from app.tables.detection import ModelStatus
 from app.tables.identity import Role
+from app.tables.reviews import Review
+from app.tables.runs import Pose
 from tests.factories import identity
 from tests.worker_process import ROOT, WorkerProcess, wait_until
 
@@ -266,6 +269,9 @@ def make_run(api: httpx2.Client, installation: Installation) -> MakeRun:
         wait_until(
             lambda: api.get(f"/runs/{run_id}").json()["status"] == "succeeded", what="the run"
         )
+        with installation.database.writing() as session:
+            inherited = sa.select(Pose.id).where(Pose.run_id == run_id)
+            session.execute(sa.delete(Review).where(Review.pose_id.in_(inherited)))
         return run_id
 
     return make
