@@ -47,7 +47,7 @@ function boxOf({ x, y, width }: Label, side: "right" | "left"): Box {
   return { x1, y1: y - HEIGHT / 2, x2: x1 + width, y2: y + HEIGHT / 2 };
 }
 
-function overlap(a: Box, b: Box): boolean {
+export function overlap(a: Box, b: Box): boolean {
   return a.x1 < b.x2 && b.x1 < a.x2 && a.y1 < b.y2 && b.y1 < a.y2;
 }
 

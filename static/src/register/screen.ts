@@ -230,6 +230,7 @@ export class RegisterScreen {
   private showNext(): void {
     const box = this.editor.answer?.readiness.next_point?.box_px;
     if (box !== undefined) {
+      this.pane.water.isAsked = true;
       const [x1, y1, x2, y2] = box;
       this.pane.viewer.reveal({ x1, y1, x2, y2 });
     }
@@ -261,6 +262,9 @@ export class RegisterScreen {
     }
     if (changes.has("selection") && this.editor.selected?.place === null) {
       this.tabs.show("keypoint");
+    }
+    if (changes.has("points")) {
+      this.pane.water.isAsked = false;
     }
     if (changes.has("figures")) {
       this.showFigure();

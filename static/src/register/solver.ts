@@ -30,6 +30,7 @@ export class Solver {
   lastSolveMs = 0;
   private ground: Ground | null = null;
   private timer = 0;
+  private edits = 0;
   private asked: AbortController | null = null;
 
   constructor(
@@ -39,6 +40,8 @@ export class Solver {
   ) {
     editor.listen((changes) => {
       if (changes.has("points")) {
+        this.edits += 1;
+        this.onState("solving", "");
         this.solveHere();
         this.askSoon(REST_MS);
       }
@@ -62,11 +65,12 @@ export class Solver {
     this.asked = control;
     this.onState("solving", "");
     const points = this.editor.complete;
+    const { edits } = this;
     try {
       const answer = await this.api.solve(points, control.signal);
       if (!control.signal.aborted) {
         this.take(answer, points);
-        this.onState("solved", "");
+        this.onState(edits === this.edits ? "solved" : "solving", "");
       }
     } catch (error) {
       if (control.signal.aborted) {

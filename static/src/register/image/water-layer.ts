@@ -4,11 +4,11 @@
  * answer; the horizon follows a drag by itself.
  */
 import { horizonOf } from "../../geometry/horizon";
-import type { Pixel } from "../../geometry/camera";
 import { toScreen, type View } from "../../viewer/view";
 import type { Overlay } from "../../viewer/viewer";
-import type { HeatMap, Polyline } from "../api";
+import type { GridLine, HeatMap, Polyline } from "../api";
 import type { Editor } from "../editor";
+import { overlap, widthOf } from "../labels";
 import { heatClass } from "./heat-scale";
 import { svgElement } from "./svg";
 
@@ -24,6 +24,8 @@ export class WaterLayer implements Overlay {
   private readonly horizonCasing = svgElement("path", "overlay-casing");
   private readonly horizon = svgElement("path", "overlay-line register-horizon");
   private readonly next = svgElement("g", "register-next");
+  /** Somebody asked where the next keypoint helps, though enough are there. */
+  isAsked = false;
   private heatDrawn: HeatMap | null = null;
 
   constructor(private readonly editor: Editor) {}
@@ -48,13 +50,33 @@ export class WaterLayer implements Overlay {
     const grid = lines.map(({ lines: pieces }) => pathOf(pieces, view)).join("");
     this.grid.setAttribute("d", grid);
     this.gridCasing.setAttribute("d", grid);
-    this.labels.replaceChildren(
-      ...lines.flatMap(({ label, at_px }) => (at_px === null ? [] : [labelAt(label, at_px, view)])),
-    );
+    this.labels.replaceChildren(...this.labelsOf(lines, view));
     const horizon = isOn("horizon") ? pathOf(this.liveHorizon(), view) : "";
     this.horizon.setAttribute("d", horizon);
     this.horizonCasing.setAttribute("d", horizon);
     this.drawNext(view);
+  }
+
+  /** Ranges end at their place and bearings stand over it; what would cover another is left out. */
+  private labelsOf(lines: readonly GridLine[], view: View): SVGTextElement[] {
+    const marks = this.editor.points.flatMap(({ pixel }) => (pixel === null ? [] : [toScreen(view, pixel)]));
+    const taken = marks.map(([x, y]) => ({ x1: x - 10, y1: y - 8, x2: x + 10, y2: y + 8 }));
+    return lines.flatMap(({ kind, label, at_px: place }) => {
+      if (place === null) {
+        return [];
+      }
+      const [x, y] = toScreen(view, place);
+      const width = widthOf(label);
+      const [x1, y2] = [kind === "range" ? x - width - 4 : x - width / 2, y - 2];
+      const box = { x1, y1: y2 - 15, x2: x1 + width, y2 };
+      if (taken.some((other) => overlap(box, other))) {
+        return [];
+      }
+      taken.push(box);
+      const text = svgElement("text", "register-grid__label", { x: x1.toFixed(1), y: (y - 5).toFixed(1) });
+      text.textContent = label;
+      return [text];
+    });
   }
 
   private liveHorizon(): readonly Polyline[] {
@@ -77,7 +99,10 @@ export class WaterLayer implements Overlay {
   }
 
   private drawNext(view: View): void {
-    const place = this.shown.has("next") ? this.editor.answer?.readiness.next_point : null;
+    const readiness = this.editor.answer?.readiness;
+    // Where enough is there, it is shown to those who ask.
+    const isWanted = this.shown.has("next") && (readiness?.level !== "good" || this.isAsked);
+    const place = isWanted ? readiness?.next_point : null;
     if (place === null || place === undefined || !this.editor.mayEdit) {
       this.next.replaceChildren();
       return;
@@ -86,7 +111,7 @@ export class WaterLayer implements Overlay {
     const [x, y] = toScreen(view, [u1, v1]);
     const [right, bottom] = toScreen(view, [u2, v2]);
     const frame = { x, y, width: right - x, height: bottom - y, rx: 6 };
-    const text = svgElement("text", "register-next__label", { x: x + 8, y: y + 18 });
+    const text = svgElement("text", "register-next__label", { x: x + 8, y: bottom - 8 });
     text.textContent = "A keypoint here helps most";
     this.next.replaceChildren(
       svgElement("rect", "register-next__casing", frame),
@@ -117,11 +142,4 @@ function pathOf(pieces: readonly Polyline[], view: View): string {
         .join(""),
     )
     .join("");
-}
-
-function labelAt(label: string, at: Pixel, view: View): SVGTextElement {
-  const [x, y] = toScreen(view, at);
-  const text = svgElement("text", "register-grid__label", { x: x.toFixed(1), y: (y - 4).toFixed(1) });
-  text.textContent = label;
-  return text;
 }

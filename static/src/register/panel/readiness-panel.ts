@@ -46,7 +46,9 @@ export class ReadinessPanel {
     progress.value = Math.min(GOOD_COUNT, readiness.control_points);
     part(this.root, "readiness-count").textContent = countText(readiness);
     part(this.root, "readiness-sentences").replaceChildren(
-      ...readiness.sentences.map((sentence) => element("li", "", sentence)),
+      ...readiness.sentences
+        .filter((sentence) => sentence !== readiness.next_point?.sentence)
+        .map((sentence) => element("li", "", sentence)),
     );
     part(this.root, "suspicions").replaceChildren(...suspicions.map((one) => this.suspicion(one)));
     part(this.root, "suspicions").hidden = suspicions.length === 0;
