@@ -15,7 +15,7 @@ _SYMBOLS = str.maketrans(
     | dict.fromkeys("\u2212\u2013", "-")
     | dict.fromkeys("\u00a0\u202f\t", " ")
 )
-_NUMBER = r"\d{1,9}(?:[.,]\d{0,15})?"
+_NUMBER = r"\d{1,9}(?:[.,]\d{0,40})?"
 _ANGLE = re.compile(
     rf"""(?P<before>[NSEW])?\s*(?P<sign>[+-])?\s*
     (?P<degrees>{_NUMBER})
@@ -25,8 +25,9 @@ _ANGLE = re.compile(
     \s*(?P<after>[NSEW])?""",
     re.VERBOSE | re.IGNORECASE,
 )
+_SCIENTIFIC = re.compile(r"[+-]?\d+(\.\d*)?[eE][+-]?\d{1,3}")  # as programs write small numbers
 _EXAMPLE = {"lat": "53.54261 or 53°32'33.4\"N", "lon": "9.98083 or 9°58'51.0\"E"}
-_LONGEST = 60
+_LONGEST = 120
 
 
 class Axis(StrEnum):
@@ -59,6 +60,8 @@ class Axis(StrEnum):
 def parse_angle(text: str, axis: Axis) -> float:
     """Read a latitude or longitude, degrees. Raises ValueError with the reason and the fix."""
     plain = text.translate(_SYMBOLS).strip()
+    if _SCIENTIFIC.fullmatch(plain):
+        return _within(float(plain), axis)
     found = _ANGLE.fullmatch(plain) if len(plain) <= _LONGEST else None
     if found is None:
         hint = "; write E for east, not O" if re.search("[Oo]", plain) else ""
@@ -71,13 +74,8 @@ def parse_angle(text: str, axis: Axis) -> float:
     for value, name in zip(values[1:], ("minutes", "seconds"), strict=False):
         if value >= 60:
             raise ValueError(f"has {value:g} {name}, but there are only 60; check the digits")
-    degrees = sum(value / 60**power for power, value in enumerate(values))
-    if degrees > axis.limit_deg:
-        swapped = " (is it the longitude?)" if axis is Axis.LATITUDE and degrees <= 180 else ""
-        raise ValueError(
-            f"must lie between -{axis.limit_deg} and {axis.limit_deg} degrees{swapped}"
-        )
-    return sign * degrees
+    degrees = sum(value / 60.0**power for power, value in enumerate(values))
+    return _within(sign * degrees, axis)
 
 
 def parse_place(text: str) -> tuple[float, float]:
@@ -85,7 +83,7 @@ def parse_place(text: str) -> tuple[float, float]:
 
     Raises ValueError with the reason and the fix.
     """
-    first, second = _halves(text[: 2 * _LONGEST + 1].translate(_SYMBOLS).strip())
+    first, second = _halves(text[:_LONGEST].translate(_SYMBOLS).strip())
     if re.search("[EWew]", first) and re.search("[NSns]", second):
         first, second = second, first
     try:
@@ -96,6 +94,13 @@ def parse_place(text: str) -> tuple[float, float]:
         return lat_deg, parse_angle(second, Axis.LONGITUDE)
     except ValueError as error:
         raise ValueError(f"longitude {second!r} {error}") from error
+
+
+def _within(degrees: float, axis: Axis) -> float:
+    if abs(degrees) > axis.limit_deg:
+        hint = " (is it the longitude?)" if axis is Axis.LATITUDE and abs(degrees) <= 180 else ""
+        raise ValueError(f"must lie between -{axis.limit_deg} and {axis.limit_deg} degrees{hint}")
+    return degrees
 
 
 def _sign(found: re.Match[str], axis: Axis) -> int:

@@ -13,18 +13,16 @@ from sqlalchemy.orm.exc import StaleDataError
 
 from app.errors import Conflict, FieldError, Invalid, PreconditionFailed
 from app.registration import repository
+from app.registration.places import Place, is_there, require_near
 from app.registration.schemas import KeypointIn, KeypointsIn
 from app.tables.registration import Keypoint, Landmark
 from app.tables.sites import Camera, Viewport
 
-SAME_DEG = 1e-9  # a tenth of a millimetre
-SAME_M = 1e-4
-
 
 def replace(session: Session, viewport: Viewport, data: KeypointsIn) -> Sequence[Keypoint]:
     """Make `data` the viewport's keypoints. Raises Invalid naming each wrong one."""
-    site_id = viewport.camera.site_id
-    known = repository.landmarks(session, site_id)
+    site = viewport.camera.site
+    known = repository.landmarks(session, site.id)
     by_name = {landmark.name: landmark for landmark in known}
     by_id = {landmark.id: landmark for landmark in known}
     wrong: list[FieldError] = []
@@ -32,7 +30,10 @@ def replace(session: Session, viewport: Viewport, data: KeypointsIn) -> Sequence
     for index, point in enumerate(data.keypoints):
         try:
             _check_inside(point, viewport.camera)
-            landmark = _landmark(point, site_id, by_name, by_id, moves=data.update_landmarks)
+            place = point.place(site.water_level_m)
+            if place is not None:
+                require_near(site, place)
+            landmark = _landmark(point, place, site.id, by_name, by_id, moves=data.update_landmarks)
             _check_new(landmark.name, chosen)
         except ValueError as error:
             wrong.append(FieldError(f"keypoints.{index}", str(error)))
@@ -61,6 +62,7 @@ def _check_inside(point: KeypointIn, camera: Camera) -> None:
 
 def _landmark(
     point: KeypointIn,
+    place: Place | None,
     site_id: int,
     by_name: Mapping[str, Landmark],
     by_id: Mapping[int, Landmark],
@@ -69,22 +71,22 @@ def _landmark(
 ) -> Landmark:
     landmark = _known(point, by_name, by_id)
     if landmark is None:
-        if point.place is None or point.name is None:
+        if place is None or point.name is None:
             raise ValueError(
                 f"landmark {point.name!r} is new here; give its lat_deg, lon_deg and height_m"
             )
-        lat_deg, lon_deg, height_m = point.place
+        lat_deg, lon_deg, height_m = place
         return Landmark(
             site_id=site_id, name=point.name, lat_deg=lat_deg, lon_deg=lon_deg, height_m=height_m
         )
-    if point.place is not None and not _is_there(landmark, point.place):
+    if place is not None and not is_there(landmark, place):
         if not moves:
             raise ValueError(
                 f"landmark {landmark.name!r} is known at {landmark.lat_deg}, {landmark.lon_deg}, "
                 f"{landmark.height_m} m; use that place, another name, or update_landmarks: true "
                 "to move it"
             )
-        landmark.lat_deg, landmark.lon_deg, landmark.height_m = point.place
+        landmark.lat_deg, landmark.lon_deg, landmark.height_m = place
     return landmark
 
 
@@ -99,14 +101,6 @@ def _known(
     if point.name not in {None, landmark.name}:
         raise ValueError(f"landmark {landmark.id} is named {landmark.name!r}, not {point.name!r}")
     return landmark
-
-
-def _is_there(landmark: Landmark, place: tuple[float, float, float]) -> bool:
-    return (
-        abs(landmark.lat_deg - place[0]) <= SAME_DEG
-        and abs(landmark.lon_deg - place[1]) <= SAME_DEG
-        and abs(landmark.height_m - place[2]) <= SAME_M
-    )
 
 
 def _store(

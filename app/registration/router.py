@@ -10,6 +10,9 @@ from app.auth.idempotency import IdempotentRoute
 from app.auth.versions import check_if_match, set_etag
 from app.dependencies import DatabaseDep, Page, PagingDep, SessionDep
 from app.registration import actions, service
+from app.registration.editing import preview_of
+from app.registration.preview import solve_preview
+from app.registration.preview_schemas import SolveIn, SolveOut
 from app.registration.schemas import (
     KeypointOut,
     KeypointsBody,
@@ -129,6 +132,15 @@ def register(
 ) -> RegistrationOut:
     """Register a viewport by its keypoints, or by a pose that is known."""
     return RegistrationOut.of(actions.register(database, session, access, viewport_id, asked))
+
+
+@router.post("/viewports/{viewport_id:int}/solve", tags=["registrations"])
+def solve(viewport_id: int, data: SolveIn, database: DatabaseDep, access: Reader) -> SolveOut:
+    """Solve keypoints by all methods and draw what follows; nothing is stored."""
+    with database.reading() as session:
+        viewport = actions.viewport_for(session, access, Scope.READ, viewport_id)
+        preview = preview_of(session, viewport, data)
+    return solve_preview(preview, data)
 
 
 @router.get("/viewports/{viewport_id:int}/registrations", tags=["registrations"])

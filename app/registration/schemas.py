@@ -15,8 +15,11 @@ from pydantic.config import JsonDict
 
 from app.sites.fields import (
     Distortion,
+    HeightDatum,
     HeightM,
     IntrinsicsFields,
+    LatDeg,
+    LonDeg,
     Matrix,
     Name,
     PixelCount,
@@ -43,6 +46,7 @@ GIVEN_EXAMPLE: JsonDict = {
     "center": {"lat_deg": 53.5422, "lon_deg": 9.9835, "height_m": 31.8},
 }
 MOMENT_NOTE = "ISO 8601; without a zone it is in the camera's. Open when left out"
+MOST_KEYPOINTS = 500  # leaving each out in turn takes a second
 CoordinatePx = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
@@ -104,9 +108,10 @@ class KeypointIn(Request):
     id: int | None = Field(None, description="Ignored, so that what was read can be sent back")
     landmark_id: int | None = None
     name: Name | None = None
-    lat_deg: float | None = Field(None, ge=-90, le=90)
-    lon_deg: float | None = Field(None, ge=-180, le=180)
+    lat_deg: LatDeg | None = None
+    lon_deg: LonDeg | None = None
     height_m: HeightM | None = None
+    height_datum: HeightDatum = HeightDatum.ELLIPSOID
     u_px: CoordinatePx
     v_px: CoordinatePx
     role: KeypointRole = KeypointRole.CONTROL
@@ -120,19 +125,19 @@ class KeypointIn(Request):
             raise ValueError("a landmark's place needs lat_deg, lon_deg and height_m together")
         return self
 
-    @property
-    def place(self) -> tuple[float, float, float] | None:
-        """The place given for the landmark, if any."""
+    def place(self, water_level_m: float) -> tuple[float, float, float] | None:
+        """Return the place given for the landmark, if any, with its ellipsoidal height."""
         if self.lat_deg is None or self.lon_deg is None or self.height_m is None:
             return None
-        return self.lat_deg, self.lon_deg, self.height_m
+        height_m = self.height_datum.ellipsoidal(self.height_m, water_level_m)
+        return self.lat_deg, self.lon_deg, height_m
 
 
 class KeypointsIn(Request):
     """All keypoints of a viewport; those there before are replaced. A bare list is taken too."""
 
     keypoints: list[KeypointIn] = Field(
-        max_length=2000, validation_alias=AliasChoices("keypoints", "items")
+        max_length=MOST_KEYPOINTS, validation_alias=AliasChoices("keypoints", "items")
     )
     update_landmarks: bool = Field(
         default=False, description="Move known landmarks to the places given here"

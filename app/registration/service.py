@@ -138,6 +138,7 @@ def problem_of(session: Session, viewport: Viewport) -> Problem:
     return Problem(
         viewport_id=viewport.id,
         frame=conversion.frame_of(viewport.camera.site),
+        water_level_m=viewport.camera.site.water_level_m,
         intrinsics=conversion.intrinsics_of(viewport.camera),
         keypoints=repository.keypoints(session, viewport.id),
     )

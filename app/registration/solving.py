@@ -37,12 +37,21 @@ ORTHONORMAL = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A viewport to register: its site's frame, its camera's intrinsics, its keypoints."""
+    """A viewport to register: its site's frame, its camera's intrinsics, its keypoints.
+
+    `water_level_m` is the height of the water above the ellipsoid.
+    """
 
     viewport_id: int
     frame: EnuFrame
+    water_level_m: float
     intrinsics: Intrinsics
     keypoints: Sequence[Keypoint]
+
+    @property
+    def water_up_m(self) -> float:
+        """The height of the water in the site's frame."""
+        return self.water_level_m - self.frame.origin.height_m
 
 
 def solve(problem: Problem, asked: RegistrationIn) -> Registration:
@@ -70,13 +79,16 @@ def _seen(frame: EnuFrame, keypoints: Sequence[Keypoint]) -> Keypoints:
             )
             for point in keypoints
         ],
+        [point.landmark.name for point in keypoints],
     )
 
 
 def _solution(problem: Problem, asked: RegistrationIn, control: Keypoints) -> Solution:
     match asked.method:
         case RegistrationMethod.PNP:
-            return register_pnp(problem.frame, problem.intrinsics, control)
+            return register_pnp(
+                problem.frame, problem.intrinsics, control, water_level_m=problem.water_up_m
+            )
         case RegistrationMethod.GIVEN:
             return _given(problem, asked, control)
         case method:
@@ -146,7 +158,7 @@ def _row(
         # Nothing is fitted to the keypoints of a given pose, so there is nothing to leave out.
         leave_one_out_px=None if method is RegistrationMethod.GIVEN else solution.leave_one_out_px,
         residuals=_residuals(problem, solution, control),
-        warnings=solution.warnings,
+        warnings=[*solution.warnings, *(one.message for one in solution.suspicions)],
     )
 
 

@@ -5,12 +5,15 @@ without control characters, numbers that are finite, zones that exist.
 """
 
 from datetime import UTC, datetime
+from enum import StrEnum
+from functools import partial
 from typing import Annotated, Any
 from zoneinfo import ZoneInfo
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic import StringConstraints as Text
 
+from app.domain.coordinates import Axis, parse_angle
 from app.errors import Invalid
 from app.sites.name_pattern import check_pattern
 
@@ -50,6 +53,10 @@ def _list_or_place(value: object) -> object:
     return value
 
 
+def _angle(axis: Axis, value: object) -> object:
+    return parse_angle(value, axis) if isinstance(value, str) else value
+
+
 def in_zone(moment: datetime, timezone: str, field: str) -> datetime:
     """Return a moment in UTC; one without a zone is taken in `timezone` (DST's first pass).
 
@@ -78,6 +85,16 @@ HeightM = Annotated[
     float,
     Field(ge=-HIGHEST_M, le=HIGHEST_M, description="Metres above the WGS84 ellipsoid"),
 ]
+LatDeg = Annotated[
+    float,
+    BeforeValidator(partial(_angle, Axis.LATITUDE)),
+    Field(ge=-90, le=90, description="A number, or text: 53.5426, 53 32 33.4 N"),
+]
+LonDeg = Annotated[
+    float,
+    BeforeValidator(partial(_angle, Axis.LONGITUDE)),
+    Field(ge=-180, le=180, description="A number, or text: 9.9808, 9 58 51 E"),
+]
 PixelCount = Annotated[int, Field(ge=1, le=65_535)]
 FocalPx = Annotated[float, Field(gt=0, le=1e7)]
 CoordinatePx = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -97,12 +114,23 @@ Matrix = Annotated[
 class Place(Request):
     """A WGS84 place with ellipsoidal height; a list [lat, lon, height] is taken as well."""
 
-    lat_deg: float = Field(ge=-90, le=90, examples=[53.5422])
-    lon_deg: float = Field(ge=-180, le=180, examples=[9.9835])
+    lat_deg: LatDeg = Field(examples=[53.5422])
+    lon_deg: LonDeg = Field(examples=[9.9835])
     height_m: HeightM = 0.0
 
 
 PlaceIn = Annotated[Place, BeforeValidator(_list_or_place)]
+
+
+class HeightDatum(StrEnum):
+    """What a height is measured from."""
+
+    ELLIPSOID = "ellipsoid"  # WGS84, as GNSS receivers give it
+    WATER = "water"  # the site's water level
+
+    def ellipsoidal(self, height_m: float, water_level_m: float) -> float:
+        """Return a height above the ellipsoid."""
+        return height_m + (water_level_m if self is HeightDatum.WATER else 0.0)
 
 
 class IntrinsicsFields(Request):

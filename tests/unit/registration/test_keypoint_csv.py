@@ -17,7 +17,7 @@ def test_columns_come_in_the_usual_ways(separator: str, header: tuple[str, ...])
     lines = [separator.join(header)] if header else []
     (point,) = parse_table("\ufeff" + "\n".join([*lines, separator.join(LINE)]) + "\n\n")
     assert (point.name, point.u_px, point.v_px) == ("Crane", 812.5, 640.0)
-    assert point.place == (53.541, 9.9801, 92.4)
+    assert point.place(0.0) == (53.541, 9.9801, 92.4)
     assert point.role == "control"
 
 
@@ -25,7 +25,7 @@ def test_a_header_may_reorder_and_leave_out() -> None:
     """Columns follow the header; a known landmark needs no place."""
     (point,) = parse_table("v_px,u_px,role,name\n2,1,check,Church\n")
     assert (point.name, point.u_px, point.v_px, point.role) == ("Church", 1.0, 2.0, "check")
-    assert point.place is None
+    assert point.place(0.0) is None
 
 
 @pytest.mark.parametrize(
