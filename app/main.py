@@ -18,6 +18,7 @@ from app.config import Settings, get_settings
 from app.db import Database
 from app.detectors import pages as detector_pages
 from app.detectors import router as detectors
+from app.evaluation import pages as evaluation_pages
 from app.evaluation import router as evaluation
 from app.exports import pages as export_pages
 from app.exports import router as exports
@@ -68,6 +69,7 @@ PAGES = (
     detector_pages,
     run_pages,
     review_pages,
+    evaluation_pages,
     guideline_pages,
     export_pages,
 )

@@ -6,12 +6,12 @@ of another site answers as if there were no such thing.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Annotated
 from urllib.parse import urlencode
 
 from fastapi import Query
-from pydantic import AwareDatetime
+from pydantic import AfterValidator, BeforeValidator
 from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope
@@ -21,6 +21,14 @@ from app.ids import RowId
 from app.runs import service as runs
 from app.sites import service as sites
 from app.tables.queues import ReviewQueue
+
+# A form sends the fields that were left empty, too.
+_FILLED = BeforeValidator(lambda text: None if text == "" else text)
+_IN_UTC = AfterValidator(
+    lambda moment: moment.replace(tzinfo=UTC) if moment and moment.tzinfo is None else moment
+)
+Id = Annotated[RowId | None, _FILLED]
+Moment = Annotated[datetime | None, _FILLED, _IN_UTC]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +57,6 @@ class Asked:
         given = {name: value for name, value in values.items() if value not in {None, ""}}
         return f"?{urlencode(given)}" if given else ""
 
-    @property
-    def is_all(self) -> bool:
-        """Whether nothing narrows the selection."""
-        return not self.query()
-
 
 @dataclass(frozen=True, slots=True)
 class Selection:
@@ -73,18 +76,19 @@ def _text(moment: datetime | None) -> str | None:
 
 
 async def asked_for(
-    run_id: RowId | None = None,
-    site_id: RowId | None = None,
-    camera_id: RowId | None = None,
-    viewport_id: RowId | None = None,
+    run_id: Id = None,
+    site_id: Id = None,
+    camera_id: Id = None,
+    viewport_id: Id = None,
     queue_id: Annotated[
-        RowId | None, Query(description="Only the images or poses of this review queue (a sample)")
+        Id, Query(description="Only the images or poses of this review queue (a sample)")
     ] = None,
     since: Annotated[
-        AwareDatetime | None, Query(alias="from", description="Images taken at this time or later")
+        Moment,
+        Query(alias="from", description="Images taken at this time or later; UTC without a zone"),
     ] = None,
     until: Annotated[
-        AwareDatetime | None, Query(alias="to", description="Images taken before this time")
+        Moment, Query(alias="to", description="Images taken before this time; UTC without a zone")
     ] = None,
 ) -> Asked:
     """Read the filters of a query."""
