@@ -71,7 +71,7 @@ export function localTime(iso: string, timeZone: string): string {
   if (Number.isNaN(moment.getTime())) {
     return DASH;
   }
-  const parts = new Map(
+  const parts = new Map<string, string>(
     new Intl.DateTimeFormat("en-GB", {
       timeZone,
       dateStyle: "short",

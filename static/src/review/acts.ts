@@ -86,6 +86,11 @@ export class ReviewActs {
       this.tap(toImage(this.viewer.currentView(), at));
     });
     showModes(root, machine);
+    machine.onChange(() => {
+      if (!this.isReviewing()) {
+        this.viewer.surface.scrollIntoView({ block: "nearest" });
+      }
+    });
     this.listenToButtons();
   }
 

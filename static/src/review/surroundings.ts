@@ -6,58 +6,23 @@
  * network from the next photograph; what came is kept for when the image is looked at again.
  */
 import { call } from "../api";
+import type { components } from "../api-types";
 import type { Camera } from "../geometry/camera";
-import { cameraOf, type EditCamera } from "./edit/edit-view";
-import type { Pose } from "./pose";
+import { cameraOf } from "./edit/edit-view";
 
-export interface RunCamera extends Omit<EditCamera, "R_cam_from_local" | "center_in_local_m"> {
-  readonly R_cam_from_enu: readonly (readonly number[])[];
-  readonly center_in_enu_m: readonly number[];
-  readonly lat_deg: number;
-  readonly lon_deg: number;
-  readonly water_level_m: number;
-  readonly origin: { readonly lat_deg: number; readonly lon_deg: number; readonly height_m: number };
-}
+type Schemas = components["schemas"];
+export type RunCamera = Schemas["RunCameraOut"];
+export type KnownVessel = Schemas["VesselAtImage"];
+export type FoundBox = Schemas["DetectionOut"];
+export type MissedReason = Schemas["MissedReason"];
+export type MissedVessel = Schemas["MissedOut"];
 
-export interface KnownVessel {
-  readonly id: number;
-  readonly mmsi: number;
-  readonly name: string | null;
-  readonly outcome: string;
-  readonly lat_deg: number;
-  readonly lon_deg: number;
-  readonly pose_id: number | null;
-  readonly segments: {
-    readonly reported: Pose["corners_in_image_px"];
-    readonly dead_reckoned: Pose["corners_in_image_px"];
-  };
-}
-
-export interface FoundBox {
-  readonly id: number;
-  readonly x1_px: number;
-  readonly y1_px: number;
-  readonly x2_px: number;
-  readonly y2_px: number;
-  readonly score: number;
-  readonly pose_id: number | null;
-}
-
-export const MISSED_REASONS = ["not_detected", "no_ais", "neither", "cost_too_high"] as const;
-export type MissedReason = (typeof MISSED_REASONS)[number];
-
-export interface MissedVessel {
-  readonly id: number;
-  readonly image_id: number;
-  readonly x1_px: number;
-  readonly y1_px: number;
-  readonly x2_px: number;
-  readonly y2_px: number;
-  readonly reason: MissedReason;
-  readonly comment: string | null;
-  readonly user: string | null;
-  readonly version: number;
-}
+export const MISSED_REASONS: readonly MissedReason[] = [
+  "not_detected",
+  "no_ais",
+  "neither",
+  "cost_too_high",
+];
 
 export interface Surroundings {
   readonly vessels: readonly KnownVessel[];

@@ -6,19 +6,12 @@
  * that the wireframe follows the hand without asking anyone. Corner order as everywhere: bow-port,
  * bow-starboard, stern-starboard, stern-port, then the top in the same order.
  */
+import type { components } from "../../api-types";
 import { project, type Camera } from "../../geometry/camera";
 import type { Vec3 } from "../../geometry/vectors";
 import type { Point } from "../../viewer/view";
 
-export interface LocalBox {
-  readonly east_m: number;
-  readonly north_m: number;
-  readonly up_m: number;
-  readonly heading_deg: number;
-  readonly length_m: number;
-  readonly width_m: number;
-  readonly height_m: number;
-}
+export type LocalBox = components["schemas"]["LocalBox"];
 
 export type Dimension = "length_m" | "width_m" | "height_m";
 

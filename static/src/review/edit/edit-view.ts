@@ -1,31 +1,12 @@
 /** What the server gives for editing a pose (GET /poses/{id}/edit), and its camera as ours. */
+import type { components } from "../../api-types";
 import type { Camera } from "../../geometry/camera";
 import type { Distortion } from "../../geometry/distortion";
 import type { Mat3, Vec3 } from "../../geometry/vectors";
-import type { Correction } from "../correction";
-import type { LocalBox } from "./box";
 
-export interface EditCamera {
-  readonly width_px: number;
-  readonly height_px: number;
-  readonly fx_px: number;
-  readonly fy_px: number;
-  readonly cx_px: number;
-  readonly cy_px: number;
-  readonly distortion: readonly number[];
-  readonly R_cam_from_local: readonly (readonly number[])[];
-  readonly center_in_local_m: readonly number[];
-}
-
-export interface EditView {
-  readonly pose_id: number;
-  readonly version: number;
-  readonly camera: EditCamera;
-  readonly generated: LocalBox;
-  /** The box that stands: the correction's, or the generated one. */
-  readonly current: LocalBox;
-  readonly correction: Correction | null;
-}
+export type EditCamera = components["schemas"]["LocalCameraOut"];
+/** `current` is the box that stands: the correction's, or the generated one. */
+export type EditView = components["schemas"]["EditOut"];
 
 export function cameraOf(given: EditCamera): Camera {
   return {

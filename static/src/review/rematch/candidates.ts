@@ -1,35 +1,15 @@
 /** Vessels that a detection may show, as the server ranks them, and choosing one of them. */
 import { call } from "../../api";
+import type { components } from "../../api-types";
 import type { Correction } from "../correction";
 import type { Pose } from "../pose";
 import type { FoundBox } from "../surroundings";
 
-export interface Candidate {
-  readonly mmsi: number;
-  readonly name: string | null;
-  readonly ship_type: number | null;
-  readonly cost: number;
-  readonly cost_terms: Pose["cost_terms"];
-  readonly length_m: number;
-  readonly width_m: number;
-  readonly age_s: number;
-  /** Another box that this vessel has already. */
-  readonly pose_id: number | null;
-  readonly current: boolean;
-  readonly segment_px: Pose["corners_in_image_px"];
-}
-
-export interface Refused {
-  readonly mmsi: number;
-  readonly name: string | null;
-  readonly reason: string;
-  readonly text: string;
-}
-
-export interface Candidates {
-  readonly candidates: readonly Candidate[];
-  readonly refused: readonly Refused[];
-}
+type Schemas = components["schemas"];
+/** `pose_id`: another box that this vessel has already. */
+export type Candidate = Schemas["CandidateOut"];
+export type Refused = Schemas["RefusedOut"];
+type Candidates = Schemas["CandidatesOut"];
 
 /** What is matched anew: a pose, or a detection that has none. */
 export type Target =

@@ -70,7 +70,11 @@ export class RematchPanel {
     rows.forEach((row, at) => {
       row.classList.toggle("is-chosen", at === index);
     });
-    rows[index]?.scrollIntoView({ block: "nearest" });
+    const row = rows[index];
+    const list = this.panel.parentElement;
+    if (row !== undefined && list !== null) {
+      keepInSight(list, row);
+    }
   }
 
   private row(candidate: Candidate, index: number): HTMLElement {
@@ -88,7 +92,7 @@ export class RematchPanel {
     if (candidate.current) {
       button.append(element("span", "badge badge--accent", "Matched now"));
     } else if (candidate.pose_id !== null) {
-      button.append(element("span", "badge badge--warning", "Has another box already"));
+      button.append(element("span", "badge badge--warning", "Has another box"));
     }
     button.addEventListener("click", () => {
       this.hooks.onPick(index);
@@ -102,6 +106,12 @@ export class RematchPanel {
     item.append(button);
     return item;
   }
+}
+
+/** Scrolls the panel and never the page: the photograph stays where it is. */
+function keepInSight(list: HTMLElement, row: HTMLElement): void {
+  const [outer, inner] = [list.getBoundingClientRect(), row.getBoundingClientRect()];
+  list.scrollTop += Math.min(0, inner.top - outer.top) + Math.max(0, inner.bottom - outer.bottom);
 }
 
 function about(candidate: Candidate): string {
