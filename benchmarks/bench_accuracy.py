@@ -15,16 +15,17 @@ import numpy as np
 
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.camera import Camera
-from app.domain.fusion import FusionSettings, fuse
+from app.domain.fusion import FusedPose, FusionSettings, Preset, SeenImage, fuse_series
 from app.domain.keypoints import keypoints_in
 from app.domain.metrics import Box, BoxPose, PoseError, best_covered, pose_error
 from app.domain.nmea import NmeaDecoder, decode_lines
 from app.domain.registration import register_pnp
-from app.domain.tracks import TrackSettings, state_at
+from app.domain.tracks import TrackMethod, TrackSettings, state_at
 from app.domain.vessel_state import VesselState
 from app.evaluation.service import LEAST_VISIBLE
 from app.simulation.harbour import Frame, Harbour, make_harbour
 from app.simulation.settings import HarbourSettings
+from app.simulation.ship_plans import Fleet
 from app.simulation.truth import VesselTruth
 
 SEEDS = range(1000, 1012)
@@ -42,16 +43,32 @@ class SeedResult:
     errors: list[PoseError] = field(default_factory=list)
 
 
-def judge(seed: int) -> SeedResult:
-    """Fuse one harbour's images and compare each pose with the truth."""
-    harbour = make_harbour(seed, IMAGES, settings=HarbourSettings(fleet="judging"))
+def judge(seed: int) -> dict[Preset, SeedResult]:
+    """Fuse one harbour's images with every preset and compare each pose with the truth."""
+    harbour = make_harbour(seed, IMAGES, settings=HarbourSettings(fleet=Fleet.JUDGING))
     cameras = registered(harbour)
     positions, statics = heard(harbour)
-    result = SeedResult()
-    for frame in harbour.frames:
-        camera = cameras[frame.viewport.name]
-        judge_frame(harbour, frame, camera, list(states(frame, positions, statics)), result)
-    return result
+    results = {preset: SeedResult() for preset in Preset}
+    for preset, result in results.items():
+        # The paper looks back only; others know what was heard after the image.
+        method = TrackMethod.HEADING_DR if preset is Preset.PAPER else TrackMethod.HERMITE
+        tracking = TrackSettings(method=method)
+        for name, camera in cameras.items():
+            frames = [frame for frame in harbour.frames if frame.viewport.name == name]
+            known = [list(states(frame, positions, statics, tracking)) for frame in frames]
+            images = [
+                SeenImage(
+                    frame.detections,
+                    there,
+                    harbour.site.water_level_m,
+                    frame.captured_at.timestamp(),
+                )
+                for frame, there in zip(frames, known, strict=True)
+            ]
+            fused = fuse_series(camera, harbour.frame, images, FusionSettings(preset=preset))
+            for frame, there, of_frame in zip(frames, known, fused, strict=True):
+                judge_frame(frame, there, of_frame.poses, result)
+    return results
 
 
 def registered(harbour: Harbour) -> dict[str, Camera]:
@@ -87,28 +104,22 @@ def states(
     frame: Frame,
     positions: dict[int, list[PositionReport]],
     statics: dict[int, list[StaticReport]],
+    tracking: TrackSettings,
 ) -> Iterator[VesselState]:
     """Give the state of every vessel at the time of an image."""
     for mmsi, reports in positions.items():
-        state = state_at(reports, statics.get(mmsi, []), frame.captured_at, TrackSettings())
+        state = state_at(reports, statics.get(mmsi, []), frame.captured_at, tracking)
         if isinstance(state, VesselState):
             yield state
 
 
 def judge_frame(
-    harbour: Harbour,
-    frame: Frame,
-    camera: Camera,
-    vessel_states: list[VesselState],
-    result: SeedResult,
+    frame: Frame, vessel_states: list[VesselState], poses: list[FusedPose], result: SeedResult
 ) -> None:
     """Add one image's poses to the result."""
-    level_m = harbour.site.water_level_m
-    detections = frame.detections
-    fused = fuse(camera, harbour.frame, level_m, detections, vessel_states, FusionSettings())
     right: set[int] = set()
-    for pose in fused.poses:
-        box = detections[pose.detection_index]
+    for pose in poses:
+        box = frame.detections[pose.detection_index]
         true = under((box.x1_px, box.y1_px, box.x2_px, box.y2_px), frame.truth)
         mmsi = int(vessel_states[pose.state_index].identifier)
         if true is None or true.mmsi != mmsi:
@@ -116,7 +127,7 @@ def judge_frame(
             continue
         right.add(mmsi)
         generated = BoxPose(
-            frame.viewport.camera.to_cam(pose.centroid_in_world)[0],
+            pose.centroid_in_cam_m,
             pose.rotvec_cam_from_vessel,
             pose.length_m,
             pose.width_m,
@@ -163,12 +174,11 @@ def main() -> None:
     """Judge all seeds and print one table."""
     begun = time.monotonic()
     with ProcessPoolExecutor(2) as pool:
-        results = list(pool.map(judge, SEEDS))
-    posed = sum(len(result.errors) for result in results)
+        judged = list(pool.map(judge, SEEDS))
     print(
-        f"preset paper, {len(results)} seeds, {posed} poses of judging hulls, {IMAGES} images each"
+        f"{len(judged)} seeds, {IMAGES} images each, judging hulls; mean over seeds, 95 % interval"
     )
-    print(f"{'median over a seed':<24} mean over seeds with 95 % interval")
+    print(f"{'':<28}" + "".join(f"{preset:<28}" for preset in Preset))
     for label, name in (
         ("horizontal error, m", "horizontal_m"),
         ("vertical error, m", "vertical_m"),
@@ -176,16 +186,31 @@ def main() -> None:
         ("height error, m", "height_m"),
         ("ADD-S, m", "add_s_m"),
     ):
-        medians = [
-            float(np.median([abs(getattr(error, name)) for error in result.errors]))
-            for result in results
-            if result.errors
-        ]
-        print(f"{label:<24} {interval(medians)}")
-    rates = [100 * result.matched / result.matchable for result in results if result.matchable]
-    print(f"{'matched, % of matchable':<24} {interval(rates)}")
-    print(f"{'wrong matches a harbour':<24} {interval([float(r.wrong) for r in results])}")
+        print(row(f"median {label}", [medians(judged, preset, name) for preset in Preset]))
+    rates = [
+        [100 * of[preset].matched / of[preset].matchable for of in judged if of[preset].matchable]
+        for preset in Preset
+    ]
+    print(row("matched, % of matchable", rates))
+    wrong = [[float(of[preset].wrong) for of in judged] for preset in Preset]
+    print(row("wrong matches a harbour", wrong))
+    counts = {preset: sum(len(of[preset].errors) for of in judged) for preset in Preset}
+    print("poses: " + ", ".join(f"{preset} {count}" for preset, count in counts.items()))
     print(f"matchable: with AIS and at least half visible; took {time.monotonic() - begun:.0f} s")
+
+
+def medians(judged: Sequence[dict[Preset, SeedResult]], preset: Preset, name: str) -> list[float]:
+    """Return the median error of each seed."""
+    return [
+        float(np.median([abs(getattr(error, name)) for error in of[preset].errors]))
+        for of in judged
+        if of[preset].errors
+    ]
+
+
+def row(label: str, columns: Sequence[Sequence[float]]) -> str:
+    """Return one line of the table: a mean with its interval for each preset."""
+    return f"{label:<28}" + "".join(f"{interval(values):<28}" for values in columns)
 
 
 if __name__ == "__main__":

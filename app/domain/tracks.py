@@ -25,7 +25,7 @@ from app.domain.vessel_statics import VesselStatics, statics_at
 
 MPS_PER_KN = 1852 / 3600
 # One sigma of a heading, by where it came from.
-REPORTED_SIGMA_DEG = 3.0
+REPORTED_SIGMA_DEG = 2.0
 COURSE_SIGMA_DEG = 7.0
 SLOW_COURSE_SIGMA_DEG = 15.0
 STEADY_COURSE_KN = 5.0  # from here on the course is steady

@@ -42,7 +42,7 @@ class VesselState:
     heading_source: HeadingSource = HeadingSource.REPORTED
     report_ids: tuple[int, ...] = field(default=())
     position_sigma_m: float = 5.0
-    heading_sigma_deg: float = 3.0
+    heading_sigma_deg: float = 2.0
 
     @property
     def length_m(self) -> float:

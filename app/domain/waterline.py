@@ -37,11 +37,14 @@ ROUNDS = 5
 HALF_PIXEL = 0.5
 # Shape noise: hulls that differ from the outline, superstructures that lean over the sides.
 _MIDDLE_SHARE = 0.012  # of the box's width
-_WIDTH_SHARE = 0.08
+_WIDTH_SHARE = 0.12
+_LOWER_SHARE = 0.006  # of its height: detectors are less exact on large vessels
 _LOWER_EDGE_M = 0.1  # bow waves and dark boot tops hide the waterline
 _TOP_M = 0.2  # masts a detector overlooks
 # Evidence more than so many sigmas off counts less for what all ships share.
 _SUSPICIOUS = 2.5
+# The stated accuracy of AIS counts as much as what so many ships show of it.
+_PRIOR_SHIPS = 4.0
 
 
 def waterline_boxes(
@@ -103,6 +106,7 @@ class _Problem:
         """Return how edges mix into evidence (n, 3, 3), and its weights (n, 3) in rad^-2."""
         mixing = np.array([_mixing(sighting.cut) for sighting in sightings])
         width_px = np.array([s.detection.x2_px - s.detection.x1_px for s in sightings])
+        height_px = np.array([s.detection.y2_px - s.detection.y1_px for s in sightings])
         one_side = np.array([s.cut.sideways for s in sightings])
         edge_px = self.box_sigma_px
         middle_share = np.where(one_side, _WIDTH_SHARE / 2, _MIDDLE_SHARE)
@@ -110,7 +114,10 @@ class _Problem:
             [
                 np.hypot(edge_px / np.where(one_side, 1.0, sqrt(2)), middle_share * width_px),
                 np.hypot(edge_px * sqrt(2), _WIDTH_SHARE * width_px),
-                np.hypot(edge_px, _LOWER_EDGE_M * self.focal_px / self.range_m),
+                np.hypot(
+                    np.hypot(edge_px, _LOWER_SHARE * height_px),
+                    _LOWER_EDGE_M * self.focal_px / self.range_m,
+                ),
             ]
         )
         return mixing, (self.focal_px / sigma_px) ** 2
@@ -146,17 +153,18 @@ def _solve(problem: _Problem) -> _Solution:
     own, shared = np.zeros((count, 3)), np.zeros(3)
     for _ in range(ROUNDS):
         residual, by_own, by_shared = _linearised(problem, own, shared)
+        prior = _prior(problem, own)
         weight = problem.evidence_weight
         weighted = by_own * weight[..., None]
-        A = np.swapaxes(weighted, 1, 2) @ by_own + problem.prior[:, None] * np.eye(3)
+        A = np.swapaxes(weighted, 1, 2) @ by_own + prior[:, None] * np.eye(3)
         B = np.swapaxes(weighted, 1, 2) @ by_shared
         D = np.swapaxes(by_shared * weight[..., None], 1, 2) @ by_shared
-        own_slope = (weighted * residual[..., None]).sum(axis=1) + problem.prior * own
+        own_slope = (weighted * residual[..., None]).sum(axis=1) + prior * own
         all_slopes = ((by_shared * weight[..., None]) * residual[..., None]).sum(axis=1)
         A_inverse = np.linalg.inv(A)
         gain = A_inverse @ B
         # Schur complement: what the ships leave to be known of the shared unknowns.
-        share = (problem.share * _trust(problem, residual, by_own, own))[:, None]
+        share = (problem.share * _trust(problem, prior, residual, by_own, own))[:, None]
         information = np.diag(problem.shared_prior) + (
             share[..., None] * (D - np.swapaxes(B, 1, 2) @ gain)
         ).sum(axis=0)
@@ -175,15 +183,34 @@ def _solve(problem: _Problem) -> _Solution:
     return _Solution(own, shared, covariance)
 
 
+def _prior(problem: _Problem, own: FloatArray) -> FloatArray:
+    """Return the weights (n, 3) of the AIS states, rescaled to how far these ships really are off.
+
+    The image shows each ship's error across the line of sight well, whatever the water does: what
+    all of them show there tells how good AIS is here along the line of sight too.
+    """
+    places = own[:, :1] * problem.enu[:, 0] + own[:, 1:2] * problem.enu[:, 1]
+    across = (places * problem.right).sum(axis=1)
+    squares = np.minimum(across**2 * problem.prior[:, 0], _SUSPICIOUS**2)
+    if not own.any():
+        return problem.prior
+    scale = (_PRIOR_SHIPS + problem.share @ squares) / (_PRIOR_SHIPS + problem.share.sum())
+    return np.asarray(problem.prior / np.array([scale, scale, 1.0]))
+
+
 def _trust(
-    problem: _Problem, residual: FloatArray, by_own: FloatArray, own: FloatArray
+    problem: _Problem,
+    prior: FloatArray,
+    residual: FloatArray,
+    by_own: FloatArray,
+    own: FloatArray,
 ) -> FloatArray:
     """Return how much each ship (n,) may say of the shared unknowns: little when all is amiss.
 
     A ship whose evidence cannot be reconciled with its AIS state is probably another ship.
     """
     innovation = residual - (by_own @ own[..., None])[..., 0]
-    expected = (by_own**2 / problem.prior[:, None]).sum(axis=2) + 1 / problem.evidence_weight
+    expected = (by_own**2 / prior[:, None]).sum(axis=2) + 1 / problem.evidence_weight
     deviation = np.abs(innovation / np.sqrt(expected)).max(axis=1)
     return np.asarray(1 / np.maximum(1.0, deviation / _SUSPICIOUS) ** 2)
 

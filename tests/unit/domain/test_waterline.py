@@ -114,7 +114,7 @@ def test_one_ship_alone_knows_its_range_less() -> None:
     stead = make_roadstead(3)
     together = poses_of(stead.camera, images_of(stead.ships), WATERLINE)
     alone = poses_of(stead.camera, images_of(stead.ships[:1]), WATERLINE)
-    assert variance(together[0]) < 0.5 * variance(alone[0])
+    assert variance(together[0]) < 0.7 * variance(alone[0])
 
 
 def variance(pose: FusedPose) -> float:
@@ -171,7 +171,7 @@ def test_a_wrong_match_does_not_drag_the_others() -> None:
         np.linalg.norm(a.centroid_in_world - b.centroid_in_world)
         for a, b in zip(clean, spoilt, strict=True)
     ]
-    assert np.median(shifts) < 0.2
+    assert np.median(shifts) < 0.5
 
 
 def moved(stead: Roadstead, ship: Anchored, north_m: float) -> SeenImage:
