@@ -5,7 +5,7 @@
  */
 import { defineConfig } from "vitest/config";
 
-const ISLANDS = ["theme", "main", "review", "run", "live", "upload", "register", "reregistration"];
+const ISLANDS = ["theme", "main", "review", "run", "live", "practice", "upload", "register", "reregistration", "calibration"];
 
 export default defineConfig({
   base: "./",

@@ -24,10 +24,12 @@ from app.exports import pages as export_pages
 from app.exports import router as exports
 from app.guideline import pages as guideline_pages
 from app.guideline import router as guideline
+from app.guideline import set_pages as calibration_set_pages
 from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
 from app.jobs import JobClient
 from app.registration import editor_pages as registration_editor
+from app.registration import landmark_router as landmarks
 from app.registration import pages as registration_pages
 from app.registration import router as registration
 from app.reregistration import pages as reregistration_pages
@@ -47,6 +49,7 @@ REST = (
     admin,
     sites,
     registration,
+    landmarks,
     reregistration,
     imagery,
     ais,
@@ -71,6 +74,7 @@ PAGES = (
     review_pages,
     evaluation_pages,
     guideline_pages,
+    calibration_set_pages,
     export_pages,
 )
 

@@ -31,7 +31,10 @@ class Scale(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Kappa:
-    """Cohen's kappa of two raters; None where it is not defined (no units, or one grade only)."""
+    """Cohen's kappa of two raters; None where it is not defined (no units, or one grade only).
+
+    Full agreement has no interval: its formula would give one of no width.
+    """
 
     units: int
     agreed: int
@@ -58,7 +61,9 @@ def cohens_kappa(pairs: Sequence[tuple[int, int]], categories: int) -> Kappa:
     pull = -((1 - kappa) * sums)
     pull[np.diag_indices(categories)] += 1.0
     variance = float((p * pull**2).sum()) - (kappa - by_chance * (1 - kappa)) ** 2
-    reach = Z_95 * sqrt(max(0.0, variance) / units) / (1 - by_chance)
+    if variance <= 1e-12:  # full agreement: the formula knows no doubt, however few units there are
+        return Kappa(units, agreed, kappa, None)
+    reach = Z_95 * sqrt(variance / units) / (1 - by_chance)
     return Kappa(units, agreed, kappa, (max(-1.0, kappa - reach), min(1.0, kappa + reach)))
 
 

@@ -6,6 +6,7 @@ answers with the first. Nothing of it touches the reviews of the run.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from random import Random
 
 from sqlalchemy.orm import Session
 
@@ -13,7 +14,7 @@ from app.domain.agreement import Kappa, cohens_kappa
 from app.domain.grading import GUIDELINE_VERSION, check_reasons
 from app.errors import Conflict, Invalid, NotFound
 from app.guideline import repository
-from app.guideline.truth import draw_judged
+from app.guideline.truth import judged_by_truth
 from app.paging import Paging
 from app.runs import service as runs
 from app.tables.practice import CalibrationSet, JudgedPose, PracticeAttempt, PracticeGrade
@@ -97,23 +98,55 @@ def create_set(
         _check(judged)
     if len(known) < len(judgements):
         raise Invalid.field("poses", "a pose stands there twice")
-    return _store(session, run, name, judgements, user_id, seed=None)
+    return _store(session, run, name, judgements, user_id, from_truth=False, seed=None)
 
 
 def create_from_truth(
     session: Session, run: Run, name: str, size: int, seed: int, user_id: int | None
 ) -> CalibrationSet:
     """Draw clear cases by the simulator's truth. Raises Conflict where nothing is known."""
-    drawn = draw_judged(session, run.id, size, seed)
-    if not drawn:
+    judged = [
+        Judged(pose_id, Grade(found.grade), found.reasons, found.note)
+        for pose_id, found in judged_by_truth(session, run.id)
+    ]
+    if not judged:
         raise Conflict(
-            f"of {runs.label(run)} no pose can be judged by truth: only simulated sites have one, "
+            f"no pose of {runs.label(run)} can be judged by truth: only simulated sites have one, "
             "and there must be clear cases; give `poses` with grades of your own instead"
         )
-    judgements = [
-        Judged(pose_id, Grade(found.grade), found.reasons, found.note) for pose_id, found in drawn
+    drawn = draw_in_turn(judged, size, seed)
+    return _store(session, run, name, drawn, user_id, from_truth=True, seed=seed)
+
+
+def create_from_own(
+    session: Session, run: Run, name: str, size: int, seed: int, user_id: int
+) -> CalibrationSet:
+    """Draw from the poses this person graded, with their comments as notes. Raises Conflict."""
+    judged = [
+        Judged(review.pose_id, review.grade, review.reasons, review.comment or "")
+        for review in repository.reviews_of(session, run.id, user_id)
     ]
-    return _store(session, run, name, judgements, user_id, seed=seed)
+    if not judged:
+        raise Conflict(f"you have graded no pose of {runs.label(run)} yet: grade some first")
+    drawn = draw_in_turn(judged, size, seed)
+    return _store(session, run, name, drawn, user_id, from_truth=False, seed=seed)
+
+
+def draw_in_turn(judged: Sequence[Judged], size: int, seed: int) -> list[Judged]:
+    """Draw judged poses grade by grade in turn, then mix them.
+
+    So a newcomer meets Bad and Wrong although they are rare; the share of Good in such a set says
+    nothing about the run.
+    """
+    random = Random(seed)  # noqa: S311  a draw that can be repeated, not a secret
+    by_grade = {grade: [found for found in judged if found.grade is grade] for grade in Grade}
+    for found in by_grade.values():
+        random.shuffle(found)
+    drawn: list[Judged] = []
+    while len(drawn) < size and any(by_grade.values()):
+        drawn += [found.pop() for found in by_grade.values() if found]
+    random.shuffle(drawn)
+    return drawn[:size]
 
 
 def _check(judged: Judged) -> None:
@@ -130,12 +163,13 @@ def _store(
     judgements: Sequence[Judged],
     user_id: int | None,
     *,
+    from_truth: bool,
     seed: int | None,
 ) -> CalibrationSet:
     stored = CalibrationSet(
         run_id=run.id,
         name=name,
-        from_truth=seed is not None,
+        from_truth=from_truth,
         seed=seed,
         guideline_version=GUIDELINE_VERSION,
         created_by_id=user_id,

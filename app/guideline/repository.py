@@ -11,6 +11,7 @@ from app.tables.ais import Vessel
 from app.tables.groundtruth import VesselTruth
 from app.tables.imagery import Image
 from app.tables.practice import CalibrationSet, JudgedPose, PracticeAttempt, PracticeGrade
+from app.tables.reviews import Review
 from app.tables.runs import Pose, Run
 
 
@@ -77,6 +78,23 @@ def candidates(session: Session, run_id: int) -> Sequence[Pose]:
             known,
         )
         .order_by(Pose.id)
+    ).all()
+
+
+def reviews_of(session: Session, run_id: int, user_id: int) -> Sequence[Review]:
+    """Return a person's own standing reviews of a run's poses by the pipeline."""
+    return session.scalars(
+        sa.select(Review)
+        .join(Pose, Pose.id == Review.pose_id)
+        .join(Image, Image.id == Pose.image_id)
+        .where(
+            Pose.run_id == run_id,
+            Pose.person_made.is_(False),
+            Image.deleted_at.is_(None),
+            Review.user_id == user_id,
+            Review.replaced_at.is_(None),
+        )
+        .order_by(Review.pose_id)
     ).all()
 
 

@@ -67,17 +67,16 @@ def list_sets(
 def create_set(
     body: CalibrationSetIn, session: SessionDep, access: Operator, response: Response
 ) -> CalibrationSetOut:
-    """Make a calibration set from judged poses, or from the truth of a simulated site."""
+    """Make a set from judged poses, from a simulated site's truth, or from one's own reviews."""
     with looked_up_by("run_id"):
         run = runs.get_run(session, body.run_id)
         access.require(Scope.INGEST, run.site_id)
-    if body.from_truth:
-        found = practice.create_from_truth(
-            session, run, body.name, body.size, body.seed, access.user_id
-        )
-    else:
+    if body.poses:
         judged = [pose.judged() for pose in body.poses]
         found = practice.create_set(session, run, body.name, judged, access.user_id)
+    else:
+        draw = practice.create_from_truth if body.from_truth else practice.create_from_own
+        found = draw(session, run, body.name, body.size, body.seed, access.user_id)
     record(session, access, "create", "calibration_set", found.id, site_id=run.site_id)
     response.headers["Location"] = f"/api/v1/calibration-sets/{found.id}"
     return _shown(session, access, found)

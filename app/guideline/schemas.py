@@ -40,7 +40,7 @@ class JudgedPoseIn(JudgementIn):
 
 
 class CalibrationSetIn(BaseModel):
-    """A new set: poses with grades, or on a simulated site a draw judged by the truth."""
+    """A new set: poses with grades, or a draw judged by a simulator's truth or by oneself."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -55,13 +55,17 @@ class CalibrationSetIn(BaseModel):
     name: Name
     poses: Annotated[list[JudgedPoseIn], Field(max_length=MOST_POSES)] = []
     from_truth: bool = False
+    from_own_reviews: bool = False
     size: Annotated[int, Field(ge=1, le=MOST_POSES)] = 20
     seed: Seed = 1
 
     @model_validator(mode="after")
     def _one_way(self) -> "CalibrationSetIn":
-        if self.from_truth == bool(self.poses):
-            raise ValueError("give either `poses` with their grades, or `from_truth`: true")
+        if [self.from_truth, self.from_own_reviews, bool(self.poses)].count(True) != 1:
+            raise ValueError(
+                "give one of `poses` with their grades, `from_truth`: true, "
+                "`from_own_reviews`: true"
+            )
         return self
 
 

@@ -1,11 +1,6 @@
-"""Judged poses from a simulator's truth: a calibration set that nobody had to grade.
-
-Drawn with a seed, grade by grade in turn, so that a newcomer meets Bad and Wrong although they are
-rare; the share of Good in such a set says nothing about the run.
-"""
+"""Judged poses from a simulator's truth: a calibration set that nobody had to grade."""
 
 from collections.abc import Mapping, Sequence
-from random import Random
 
 import numpy as np
 from sqlalchemy.orm import Session
@@ -15,28 +10,16 @@ from app.domain.metrics import BoxPose, best_covered, pose_error
 from app.guideline import repository
 from app.tables.ais import Vessel
 from app.tables.groundtruth import VesselTruth
-from app.tables.reviews import Grade
 from app.tables.runs import Pose
 
 
-def draw_judged(session: Session, run_id: int, size: int, seed: int) -> list[tuple[int, Judgement]]:
-    """Return up to `size` clear cases of a run as (pose id, judgement), in a random order."""
+def judged_by_truth(session: Session, run_id: int) -> list[tuple[int, Judgement]]:
+    """Return the clear cases of a run as (pose id, judgement)."""
     poses = repository.candidates(session, run_id)
     truths = repository.truths(session, {pose.image_id for pose in poses})
     vessels = repository.vessels(session, (pose.mmsi for pose in poses))
-    random = Random(seed)  # noqa: S311  a draw that can be repeated, not a secret
-    by_grade: dict[str, list[tuple[int, Judgement]]] = {grade.value: [] for grade in Grade}
-    for pose in poses:
-        judgement = judge(pose, truths[pose.image_id], vessels)
-        if judgement is not None and judgement.clear:
-            by_grade[judgement.grade].append((pose.id, judgement))
-    for found in by_grade.values():
-        random.shuffle(found)
-    drawn: list[tuple[int, Judgement]] = []
-    while len(drawn) < size and any(by_grade.values()):
-        drawn += [found.pop() for found in by_grade.values() if found][: size - len(drawn)]
-    random.shuffle(drawn)
-    return drawn
+    judged = [(pose.id, judge(pose, truths[pose.image_id], vessels)) for pose in poses]
+    return [(pose_id, found) for pose_id, found in judged if found is not None and found.clear]
 
 
 def judge(

@@ -68,6 +68,7 @@ def test_what_cannot_be_told_is_not_told() -> None:
     """Without common units, or with one grade only, there is no figure rather than a wrong one."""
     assert cohens_kappa([], 4).kappa is None
     assert cohens_kappa([(0, 0)] * 9, 4).kappa is None
+    assert cohens_kappa([(0, 0), (1, 1)], 4).interval is None
     assert krippendorffs_alpha([[0], [1]], 4, Scale.NOMINAL) is None
     assert krippendorffs_alpha([[0, 0], [0, 0]], 4, Scale.ORDINAL) is None
     assert alpha_interval([[0, 1]], 4, Scale.NOMINAL) is None
