@@ -82,6 +82,39 @@ def landmarks(session: Session, site_id: int) -> Sequence[Landmark]:
     ).all()
 
 
+def landmark(session: Session, landmark_id: int) -> Landmark | None:
+    """Return a landmark by id."""
+    return find(session, Landmark, landmark_id)
+
+
+def landmark_page(
+    session: Session, site_id: int, paging: Paging
+) -> tuple[Sequence[Landmark], str | None]:
+    """Return a page of a site's landmarks."""
+    statement = sa.select(Landmark).where(Landmark.site_id == site_id)
+    return fetch_page(session, statement, Landmark.id, paging)
+
+
+def keypoint_counts_of_landmarks(session: Session, landmark_ids: Iterable[int]) -> dict[int, int]:
+    """Count the viewports that have a keypoint of each landmark."""
+    rows = session.execute(
+        sa.select(Keypoint.landmark_id, sa.func.count())
+        .where(Keypoint.landmark_id.in_(list(landmark_ids)))
+        .group_by(Keypoint.landmark_id)
+    )
+    return {row[0]: row[1] for row in rows}
+
+
+def viewport_names_of_landmark(session: Session, landmark_id: int) -> Sequence[str]:
+    """Return the names of the viewports that have a keypoint of a landmark."""
+    return session.scalars(
+        sa.select(Viewport.name)
+        .join(Keypoint, Keypoint.viewport_id == Viewport.id)
+        .where(Keypoint.landmark_id == landmark_id)
+        .order_by(Viewport.id)
+    ).all()
+
+
 def registration(session: Session, registration_id: int) -> Registration | None:
     """Return a registration by id."""
     return find(session, Registration, registration_id)
