@@ -13,6 +13,7 @@ from app.config import Settings
 ANONYMOUS_BYTES = 64 * 2**10
 FORM_BYTES = 16 * 2**20
 MULTIPART_OVERHEAD_BYTES = 2**20
+CALIBRATION_UPLOADS = 4  # all photographs of a chequerboard come in one request
 
 
 class BodyLimits:
@@ -25,6 +26,7 @@ class BodyLimits:
             "ais": settings.max_ais_file_bytes,
             "models": settings.max_model_bytes,
             "imports": settings.max_model_bytes,
+            "cameras": CALIBRATION_UPLOADS * settings.max_upload_bytes,
         }
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -12,7 +12,7 @@ from math import degrees
 
 import numpy as np
 
-from app.domain.arrays import FloatArray, UInt8Array
+from app.domain.arrays import Float32Array, FloatArray, UInt8Array
 from app.domain.camera import Intrinsics
 
 # OpenCV is imported where it is used: the web process shows results without it.
@@ -79,7 +79,7 @@ def find_corners(image: UInt8Array, board: Board) -> CornerSearch:
     """
     import cv2  # noqa: PLC0415 - see above
 
-    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    grey: UInt8Array = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
     scale = min(1.0, SEARCH_WIDTH_PX / max(grey.shape))
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     pattern = (board.columns, board.rows)
@@ -178,13 +178,13 @@ def _edge_width_px(grey: UInt8Array, corners: FloatArray, pattern: tuple[int, in
     measured, _ = cv2.estimateChessboardSharpness(
         grey, pattern, corners.astype(np.float32).reshape(-1, 1, 2)
     )
-    width = float(measured[0])
+    width = float(np.asarray(measured).ravel()[0])
     return width if np.isfinite(width) else 0.0
 
 
 def _calibrate(
-    points: list[np.ndarray[tuple[int, ...], np.dtype[np.float32]]],
-    seen: list[np.ndarray[tuple[int, ...], np.dtype[np.float32]]],
+    points: Sequence[Float32Array],
+    seen: Sequence[Float32Array],
     size: tuple[int, int],
     flags: int,
 ) -> tuple[float, FloatArray, FloatArray, list[FloatArray], FloatArray, FloatArray]:

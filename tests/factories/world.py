@@ -5,6 +5,12 @@ from sqlalchemy.orm import Session
 from app.db import now
 from app.domain.accounting import Accounting
 from app.tables.ais import AisFile, AisPosition, Vessel
+from app.tables.calibration import (
+    CalibrationPhoto,
+    CalibrationSource,
+    CalibrationStatus,
+    CameraCalibration,
+)
 from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.exports import Export
 from app.tables.groundtruth import GroundTruthBox, VesselClass
@@ -153,7 +159,38 @@ def _reregistration(
         )
     )
     session.flush()
-    return {"reregistration_id": row.id, "pointing_id": pointing.id}
+    calibration = CameraCalibration(
+        camera_id=image.camera_id,
+        number=1,
+        source=CalibrationSource.CHEQUERBOARD,
+        status=CalibrationStatus.SOLVED,
+        corner_columns=9,
+        corner_rows=6,
+        square_mm=30.0,
+        intrinsics=INTRINSICS,
+        rms_px=0.2,
+        coverage=0.6,
+    )
+    session.add(calibration)
+    session.flush()
+    photo = CalibrationPhoto(
+        calibration_id=calibration.id,
+        position=1,
+        file_name=f"{marker} board.jpg",
+        sha256=image.sha256,
+        media_type="image/jpeg",
+        corners=[[float(at), float(at)] for at in range(54)],
+        rms_px=0.2,
+        tilt_deg=20.0,
+    )
+    session.add(photo)
+    session.flush()
+    return {
+        "reregistration_id": row.id,
+        "pointing_id": pointing.id,
+        "calibration_id": calibration.id,
+        "photo_number": photo.position,
+    }
 
 
 def _run(

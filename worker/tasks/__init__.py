@@ -10,6 +10,7 @@ from app.config import Settings
 from app.db import Database
 from app.jobs import JobRunner
 from app.storage import Storage
+from worker.tasks.calibrate import Calibrate
 from worker.tasks.export import MakeExport
 from worker.tasks.probe import ProbeModel
 from worker.tasks.reregister import Reregister
@@ -26,6 +27,7 @@ def register_tasks(
         MakeExport(runner, database, storage, settings),
         ProbeModel(runner, database, storage, settings),
         Reregister(runner, database, storage, settings),
+        Calibrate(runner, database, storage, settings),
     )
     for task in tasks:
         runner.register(task.job, task.do, task.fail)
