@@ -8,6 +8,7 @@ import { Help } from "./review/help";
 import { Keymap, keyNames } from "./review/keymap";
 import { Outbox } from "./review/outbox";
 import { OwnKeys } from "./review/own-keys";
+import { OwnSession } from "./review/own-session";
 import { QueueFeed, queueById, queueOfRun } from "./review/queue-feed";
 import { Recorder } from "./review/recorder";
 import { RememberedDecisions } from "./review/remembered";
@@ -36,12 +37,17 @@ async function open(root: HTMLElement): Promise<void> {
   const session = new ReviewSession();
   const remembered = new RememberedDecisions(user, runId);
   session.verdicts.recall(remembered.read());
-  const outbox = openOutbox(root, session, user, () => {
-    screen.show();
+  const outbox = openOutbox(root, session, user, {
+    changed: () => {
+      screen.show();
+    },
+    settled: () => {
+      feed.settled();
+    },
   });
   replay(outbox.pending.filter((write) => write.runId === runId), session);
   const feed = await feedOf(root, runId, session, () => {
-    screen.show();
+    screen.more();
   });
   const screen = new ReviewScreen(root, {
     runId,
@@ -104,36 +110,42 @@ async function start(
     screen.open(keyOf(wanted));
   }
   screen.show();
-  root.dataset["state"] = session.count === 0 && feed.state === "drained" ? "empty" : "loaded";
+  root.dataset["state"] = session.stopCount === 0 && feed.state === "drained" ? "empty" : "loaded";
 }
 
 function openOutbox(
   root: HTMLElement,
   session: ReviewSession,
   user: string,
-  onChanged: () => void,
+  on: { readonly changed: () => void; readonly settled: () => void },
 ): Outbox {
   const status = new SyncStatus(part(root, "sync"));
+  const own = new OwnSession(user);
   const send = async (write: PendingWrite): Promise<unknown> =>
-    call(write.url, {
-      method: write.method,
-      ...(write.json === undefined ? {} : { json: write.json }),
-      idempotencyKey: write.key,
-      keepalive: true,
-    });
+    own.run(async () =>
+      call(write.url, {
+        method: write.method,
+        ...(write.json === undefined ? {} : { json: write.json }),
+        idempotencyKey: write.key,
+        keepalive: true,
+      }),
+    );
   return new Outbox(new WriteStore(localStorage, user), send, {
     onChange: (state, waiting) => {
       status.show(state, waiting);
+      if (state === "idle") {
+        on.settled();
+      }
     },
     onSent: (write, answer) => {
       if (settle(write, answer, session)) {
-        onChanged();
+        on.changed();
       }
     },
     onRefused: (write, problem) => {
       showFlash(`${write.label} was not stored. ${explain(problem)}`, "error");
       session.withdraw(write.key);
-      onChanged();
+      on.changed();
     },
   });
 }

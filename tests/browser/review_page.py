@@ -56,7 +56,7 @@ class ReviewPage:
 
     def expect_all_saved(self) -> None:
         """Wait until the server has every grade."""
-        expect(self.sync).to_have_attribute("data-state", "idle")
+        expect(self.sync).to_have_attribute("data-state", "idle", timeout=20_000)
 
     def geometry(self) -> dict[str, Any]:
         """Tell where the photograph stands within the viewer, in CSS pixels, and its scale."""

@@ -97,9 +97,7 @@ def test_keys_lead_through_boxes_and_images(review: ReviewPage, poses: Poses) ->
     assert review.pose_id == ids[1]
 
 
-def test_the_strip_reopens_a_decision(
-    review: ReviewPage, poses: Poses, api: httpx2.Client
-) -> None:
+def test_the_strip_reopens_a_decision(review: ReviewPage, poses: Poses, api: httpx2.Client) -> None:
     """The last decisions stand in the strip, newest first; each leads back, to be graded again."""
     review.press("1", "2")
     strip = review.page.locator("[data-part=strip] button")

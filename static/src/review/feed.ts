@@ -15,6 +15,8 @@ export interface Feed {
   start(): Promise<void>;
   /** The reviewer moved: brings more when few are left. */
   moved(): void;
+  /** All that the reviewer did has reached the server: its count holds. */
+  settled(): void;
 }
 
 /** All poses of an image within a run, those of others too. */

@@ -76,8 +76,7 @@ export class Help {
     } else {
       button.append(...keyNames(this.keymap, command).map((name) => element("kbd", "kbd", name)));
     }
-    const names = keyNames(this.keymap, command).join(", ");
-    button.setAttribute("aria-label", `${command.meaning}: ${names}. Change the key`);
+    button.append(element("span", "visually-hidden", `: ${command.meaning}, change the key`));
     button.addEventListener("click", () => {
       this.waitingFor = command;
       this.show("Press the new key, or Esc to keep the old one.");

@@ -10,10 +10,11 @@
  * that one and its channel stand aside and the others go on.
  */
 import { ApiProblem } from "../api";
+import { SomebodyElse } from "./own-session";
 import type { WriteStore } from "./write-store";
 import type { PendingWrite, Write } from "./writes";
 
-export type OutboxState = "idle" | "sending" | "offline" | "signed-out";
+export type OutboxState = "idle" | "sending" | "offline" | "signed-out" | "somebody-else";
 
 /** Runs a task while no other tab runs one. */
 export type Exclusive = (task: () => Promise<void>) => Promise<void>;
@@ -27,7 +28,7 @@ export interface OutboxEvents {
 }
 
 const FIRST_DELAY_MS = 500;
-const LONGEST_DELAY_MS = 15_000;
+const LONGEST_DELAY_MS = 5_000;
 /** After so many failures of one write while the server answers, others go first. */
 const PATIENCE = 3;
 /** Answers that say "not now" though they look like a refusal. */
@@ -166,7 +167,7 @@ export class Outbox {
       this.failures.set(write.key, (this.failures.get(write.key) ?? 0) + 1);
     }
     this.failing = true;
-    this.failedAs = error instanceof ApiProblem && error.status === 401 ? "signed-out" : "offline";
+    this.failedAs = stateAfter(error);
     this.events.onChange(this.failedAs, this.waiting.length);
   }
 
@@ -187,6 +188,13 @@ export class Outbox {
     this.wake = null;
     this.delayMs = Math.min(LONGEST_DELAY_MS, this.delayMs * 2);
   }
+}
+
+function stateAfter(error: unknown): OutboxState {
+  if (error instanceof SomebodyElse) {
+    return "somebody-else";
+  }
+  return error instanceof ApiProblem && error.status === 401 ? "signed-out" : "offline";
 }
 
 /** Whether sending the same again can never succeed. */

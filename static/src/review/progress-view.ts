@@ -50,7 +50,7 @@ export class ProgressView {
   /** What to do when nothing is due: wait for others, or go on elsewhere. */
   private showEnd(session: ReviewSession, feed: Feed): void {
     const { resting } = session;
-    const isEmpty = session.count === 0 && feed.state === "drained";
+    const isEmpty = session.stopCount === 0 && feed.state === "drained";
     const end = resting && !isEmpty ? feed.state : "more";
     part(this.root, "end-drained").hidden = end !== "drained";
     part(this.root, "end-waiting").hidden = end !== "waiting";

@@ -13,7 +13,14 @@ export interface Queue {
   readonly order: string;
   readonly double: boolean;
   readonly description: string;
-  readonly progress: { readonly total: number; readonly done: number };
+  readonly progress: Progress;
+}
+
+interface Progress {
+  readonly total: number;
+  readonly done: number;
+  readonly leased: number;
+  readonly mine_leased: number;
 }
 
 interface QueueItem {
@@ -23,8 +30,9 @@ interface QueueItem {
   readonly poses: readonly Pose[];
 }
 
-const AHEAD = 8;
-const LOW = 5;
+/** Enough for a hand that never stops, but no more than a share of what is left for all. */
+const AHEAD = { least: 4, most: 12, share: 1 / 4 } as const;
+const RECOUNT_EVERY_MS = 5_000;
 const EXTEND_EVERY_MS = 120_000;
 /** Without a key or a touch for so long the leases are left to run out. */
 const ACTIVE_FOR_MS = 300_000;
@@ -36,6 +44,8 @@ export class QueueFeed implements Feed {
   /** Leased item by the key of its stop. */
   private readonly held = new Map<string, number>();
   private asking = false;
+  private remaining: number;
+  private recountedMs = 0;
   private lastActiveMs = Date.now();
 
   constructor(
@@ -44,7 +54,8 @@ export class QueueFeed implements Feed {
     private readonly onMore: () => void,
     private readonly onTrouble: (error: unknown) => void,
   ) {
-    session.setExtent(queue.progress.total, queue.progress.done);
+    this.remaining = queue.progress.total - queue.progress.done;
+    session.setExtent(queue.unit, queue.progress.total, queue.progress.done);
     session.expectsOpinions = this.isDouble;
   }
 
@@ -68,16 +79,42 @@ export class QueueFeed implements Feed {
   }
 
   moved(): void {
-    const left = this.session.upcoming(LOW).length;
-    if (left < LOW && this.state === "more" && !this.asking) {
+    const low = Math.ceil((this.ahead * 2) / 3);
+    const left = this.session.upcoming(low).length;
+    if (left < low && this.state === "more" && !this.asking) {
       this.ask(false).then(this.onMore, this.onTrouble);
     }
+  }
+
+  settled(): void {
+    if (Date.now() - this.recountedMs >= RECOUNT_EVERY_MS) {
+      this.recountedMs = Date.now();
+      this.recount().then(this.onMore, () => undefined); // the next time will do
+    }
+  }
+
+  /** Others work on the same queue, and a page that was closed may just have been heard. */
+  private async recount(): Promise<void> {
+    const before = this.session.decided;
+    const progress = await this.progress();
+    if (this.session.decided === before) {
+      this.session.setExtent(this.queue.unit, progress.total, progress.done - before);
+    }
+  }
+
+  private async progress(): Promise<Progress> {
+    return (await call(`${this.address}/progress`)) as Progress;
+  }
+
+  private get ahead(): number {
+    const share = Math.ceil(this.remaining * AHEAD.share);
+    return Math.min(AHEAD.most, Math.max(AHEAD.least, share));
   }
 
   private async ask(resume: boolean): Promise<void> {
     this.asking = true;
     try {
-      const count = AHEAD - this.session.upcoming(AHEAD).length;
+      const count = this.ahead - this.session.upcoming(this.ahead).length;
       const answer = (await call(`${this.address}/next`, {
         method: "POST",
         json: { count: Math.max(1, count), resume },
@@ -86,6 +123,7 @@ export class QueueFeed implements Feed {
       for (const item of items) {
         this.take(item);
       }
+      this.remaining -= items.length;
       this.state = items.length > 0 ? "more" : await this.stateWithoutMore();
     } finally {
       this.asking = false;
@@ -109,9 +147,8 @@ export class QueueFeed implements Feed {
   }
 
   private async stateWithoutMore(): Promise<FeedState> {
-    const progress = (await call(`${this.address}/progress`)) as { readonly remaining: number };
-    const open = [...this.held.keys()].filter((key) => this.session.isOpen(key)).length;
-    if (progress.remaining <= open) {
+    const { leased, mine_leased: mine } = await this.progress();
+    if (leased <= mine) {
       return "drained";
     }
     setTimeout(() => {
@@ -181,6 +218,9 @@ export async function queueById(id: number): Promise<Queue> {
   return (await call(`/api/v1/review-queues/${id}`)) as Queue;
 }
 
+/** A tab that was just closed needs a moment to give its name back. */
+const PATIENCE_MS = 400;
+
 /** Whether this tab is the only one with a name; it keeps the name as long as it lives. */
 async function holdAlone(name: string): Promise<boolean> {
   const locks = (navigator as { locks?: LockManager }).locks;
@@ -188,9 +228,12 @@ async function holdAlone(name: string): Promise<boolean> {
     return true;
   }
   return new Promise((resolve) => {
-    void locks.request(name, { ifAvailable: true }, (lock) => {
-      resolve(lock !== null);
-      return lock === null ? undefined : new Promise(() => undefined);
+    const held = locks.request(name, { signal: AbortSignal.timeout(PATIENCE_MS) }, () => {
+      resolve(true);
+      return new Promise(() => undefined);
+    });
+    held.catch(() => {
+      resolve(false);
     });
   });
 }

@@ -2,6 +2,7 @@
 import { showFlash } from "../page/flashes";
 import type { Grade } from "./pose";
 import type { ReviewSession } from "./session";
+import type { Decision } from "./verdicts";
 import type { PendingWrite } from "./writes";
 
 const SECOND_OPINION =
@@ -13,13 +14,13 @@ export function replay(writes: readonly PendingWrite[], session: ReviewSession):
   for (const { key, effect } of writes) {
     switch (effect.kind) {
       case "grade":
-        verdicts.decide({ ...effect, id: key, reasons: [] });
+        takeAsMade({ ...effect, id: key, reasons: [] }, session);
         break;
       case "reasons":
         verdicts.amend(effect.decision, effect.reasons);
         break;
       case "complete":
-        verdicts.decide({ kind: "complete", id: key, imageId: effect.imageId });
+        takeAsMade({ ...effect, id: key }, session);
         break;
       case "withdraw":
       case "reopen":
@@ -30,6 +31,11 @@ export function replay(writes: readonly PendingWrite[], session: ReviewSession):
         break; // nothing that the way depends on
     }
   }
+}
+
+function takeAsMade(decision: Decision, session: ReviewSession): void {
+  session.verdicts.decide(decision);
+  session.count(decision);
 }
 
 interface Answer {

@@ -153,6 +153,15 @@ export class ReviewScreen {
     }
   }
 
+  /** More has come: whoever waited for it goes on with it. */
+  more(): void {
+    const { session } = this.parts;
+    if (session.resting) {
+      session.toNextDue();
+    }
+    this.show();
+  }
+
   /** Brings the page up to date with the session. */
   show(): void {
     const { session, feed } = this.parts;
@@ -378,7 +387,7 @@ export class ReviewScreen {
 
   private announce(): void {
     const { session } = this.parts;
-    const { current, index, count } = session;
+    const { current, index, stopCount: count } = session;
     const pose = current?.pose ?? null;
     if (pose !== null) {
       this.say(announcement(pose, session.gradeOf(pose.id), index, count));

@@ -44,6 +44,10 @@ export class RunFeed implements Feed {
     // everything is on its way already
   }
 
+  settled(): void {
+    // nobody else's work is counted here
+  }
+
   private async rest(pages: ReturnType<typeof loadPoses>): Promise<void> {
     for await (const poses of pages) {
       this.take(poses);
@@ -58,7 +62,7 @@ export class RunFeed implements Feed {
     this.session.take(poses, ({ review }) => review === null);
     this.total += poses.length;
     this.graded += poses.filter(({ review }) => review !== null).length;
-    this.session.setExtent(this.total, this.graded);
+    this.session.setExtent(this.unit, this.total, this.graded);
   }
 
   private async takeImagesWithoutPoses(): Promise<void> {

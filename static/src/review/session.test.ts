@@ -10,7 +10,7 @@ function sessionOf(poses: readonly Pose[]): ReviewSession {
   const session = new ReviewSession();
   session.take(poses, ({ review }) => review === null);
   const graded = poses.filter(({ review }) => review !== null).length;
-  session.setExtent(poses.length, graded);
+  session.setExtent("pose", poses.length, graded);
   return session;
 }
 
@@ -159,6 +159,20 @@ describe("images", () => {
     session.verdicts.tellComplete(10, true);
     expect(session.isOpen(keyOfImage(10))).toBe(false);
   });
+});
+
+it("counts the units of the queue only, and what is still on its way to the server", () => {
+  const session = harbour();
+  const { image } = aPose({ id: 1, imageId: 10 });
+  session.takeImage(image, true);
+  session.setExtent("image", 3, 1);
+  grade(session, "good");
+  expect(session.done).toBe(1);
+  session.decide({ kind: "complete", id: "c2", imageId: 10 });
+  const waiting = { kind: "complete", id: "c3", imageId: 55 } as const;
+  session.verdicts.decide(waiting);
+  session.count(waiting);
+  expect(session.done).toBe(3);
 });
 
 describe("moving", () => {

@@ -51,11 +51,18 @@ export class ReviewSession {
   private indexByKey = new Map<string, number>();
   private at: string | null = null;
   private isResting = false;
-  private extent = { total: 0, doneBefore: 0 };
+  private extent = { unit: "pose", total: 0, doneBefore: 0 };
 
-  /** How many gradings there are in all, and how many were made before the due ones here. */
-  setExtent(total: number, doneBefore: number): void {
-    this.extent = { total, doneBefore };
+  /** How many units there are in all, and how many of them were done before the due ones here. */
+  setExtent(unit: "pose" | "image", total: number, doneBefore: number): void {
+    this.extent = { unit, total, doneBefore };
+  }
+
+  /** A decision that the server does not know yet: what it is about was due. */
+  count(decision: Decision): void {
+    for (const key of keysOf(decision)) {
+      this.due.add(key);
+    }
   }
 
   /** Takes poses in; one that is here already is renewed. */
@@ -110,7 +117,7 @@ export class ReviewSession {
     return (this.at === null ? undefined : this.indexByKey.get(this.at)) ?? 0;
   }
 
-  get count(): number {
+  get stopCount(): number {
     return this.stops.length;
   }
 
@@ -119,8 +126,13 @@ export class ReviewSession {
   }
 
   get done(): number {
-    const decided = [...this.due].filter((key) => this.isDone(key)).length;
-    return Math.min(this.extent.total, this.extent.doneBefore + decided);
+    return Math.min(this.extent.total, this.extent.doneBefore + this.decided);
+  }
+
+  /** How many of the due units are done. */
+  get decided(): number {
+    const units = [...this.due].filter((key) => key.startsWith(this.extent.unit));
+    return units.filter((key) => this.isDone(key)).length;
   }
 
   /** After the last due stop was done: nothing is asked until the reviewer moves by hand. */
@@ -175,11 +187,7 @@ export class ReviewSession {
     if (decision === null) {
       return null;
     }
-    const keys =
-      decision.kind === "grade" ? decision.poseIds.map(keyOf) : [keyOfImage(decision.imageId)];
-    for (const key of keys) {
-      this.due.add(key);
-    }
+    this.count(decision);
     return decision;
   }
 
@@ -280,6 +288,13 @@ export class ReviewSession {
     this.groups.set(image.id, group);
     return group;
   }
+}
+
+/** The stops that a decision is about. */
+function keysOf(decision: Decision): readonly string[] {
+  return decision.kind === "grade"
+    ? decision.poseIds.map(keyOf)
+    : [keyOfImage(decision.imageId)];
 }
 
 function stopsOf({ image, poses, isStop }: Group): readonly Stop[] {

@@ -12,6 +12,8 @@ export function syncText(state: OutboxState, waiting: number): string {
       return `No connection, ${kept}`;
     case "signed-out":
       return `Signed out, ${kept}`;
+    case "somebody-else":
+      return `Signed in as somebody else, ${kept}`;
   }
 }
 
@@ -31,7 +33,7 @@ export class SyncStatus {
       this.text.textContent = text;
     }
     if (this.signIn !== null) {
-      this.signIn.hidden = state !== "signed-out";
+      this.signIn.hidden = !["signed-out", "somebody-else"].includes(state);
     }
   }
 }

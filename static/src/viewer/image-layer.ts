@@ -31,6 +31,10 @@ export class ImageLayer {
 
   show(source: ImageSource): void {
     if (this.source?.fullUrl === source.fullUrl && this.sharpness !== "failed") {
+      this.source = source;
+      if (this.shown !== null) {
+        this.shown.alt = source.description;
+      }
       return;
     }
     this.source = source;
@@ -65,13 +69,13 @@ export class ImageLayer {
   ): void {
     loading.then(
       (image) => {
-        const late = this.source !== source || this.sharpness === "full";
+        const late = this.source?.fullUrl !== source.fullUrl || this.sharpness === "full";
         if (!late) {
-          this.put(source, image, sharpness);
+          this.put(this.source ?? source, image, sharpness);
         }
       },
       () => {
-        if (this.source === source && this.sharpness === "empty" && sharpness === "full") {
+        if (this.source?.fullUrl === source.fullUrl && this.sharpness === "empty" && sharpness === "full") {
           this.report("failed");
         }
       },
