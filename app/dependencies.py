@@ -5,10 +5,12 @@ before the answer leaves, so that an answer never promises what was not stored. 
 it to read; all others to write.
 """
 
-from collections.abc import Iterator
+from collections.abc import AsyncIterator
 from typing import Annotated
 
+from anyio import CancelScope
 from fastapi import Depends, Query, Request
+from fastapi.concurrency import run_in_threadpool
 from sqlalchemy.orm import Session
 
 from app.config import Settings
@@ -59,14 +61,22 @@ StorageDep = Annotated[Storage, Depends(_storage)]
 JobsDep = Annotated[JobClient, Depends(_jobs)]
 
 
-def _session(request: Request, database: DatabaseDep) -> Iterator[Session]:
-    if request.method in SAFE_METHODS:
-        with database.reading() as session:
-            yield session
-    else:
-        with database.writing() as session:
-            request.state.session = session  # for what is stored with the answer (idempotency)
-            yield session
+async def _session(request: Request, database: DatabaseDep) -> AsyncIterator[Session]:
+    # Nothing touches the database before the route's first statement, in the route's own thread.
+    writes = request.method not in SAFE_METHODS
+    session = database.session(writes=writes)
+    if writes:
+        request.state.session = session  # for what is stored with the answer (idempotency)
+    try:
+        yield session
+        if writes:
+            await run_in_threadpool(session.commit)
+    finally:
+        if database.is_sqlite:
+            session.close()
+        else:  # gives the server a ROLLBACK, also to a caller who has left
+            with CancelScope(shield=True):
+                await run_in_threadpool(session.close)
 
 
 SessionDep = Annotated[Session, Depends(_session, scope="function")]

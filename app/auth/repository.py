@@ -1,7 +1,9 @@
 """SQL of people, sessions and tokens."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
+from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
@@ -23,30 +25,60 @@ def user_by_email(session: Session, email: str) -> User | None:
     ).one_or_none()
 
 
-def user_of_session(
-    session: Session, sha256: str, moment: datetime
-) -> tuple[User, LoginSession] | None:
+@dataclass(frozen=True, slots=True)
+class Credential:
+    """A session or token that is in force, with the person it stands for and their roles."""
+
+    id: int
+    user_id: int
+    email: str
+    name: str
+    is_active: bool
+    roles: Mapping[int | None, Role]
+    scopes: Sequence[str] = ()
+    last_used_at: datetime | None = None
+
+
+# These two are asked at every request, so they are put together once and read no objects.
+_PERSON = (User.id, User.email, User.name, User.is_active, Membership.site_id, Membership.role)
+_OF_SESSION = (
+    sa.select(LoginSession.id, *_PERSON)
+    .join(User, User.id == LoginSession.user_id)
+    .outerjoin(Membership, Membership.user_id == User.id)
+    .where(
+        LoginSession.token_sha256 == sa.bindparam("sha256"),
+        LoginSession.expires_at > sa.bindparam("moment"),
+    )
+)
+_OF_TOKEN = (
+    sa.select(ApiToken.id, *_PERSON, ApiToken.scopes, ApiToken.last_used_at)
+    .join(User, User.id == ApiToken.user_id)
+    .outerjoin(Membership, Membership.user_id == User.id)
+    .where(
+        ApiToken.token_sha256 == sa.bindparam("sha256"),
+        ApiToken.expires_at > sa.bindparam("moment"),
+        ApiToken.revoked_at.is_(None),
+    )
+)
+
+
+def credential_of_session(session: Session, sha256: str, moment: datetime) -> Credential | None:
     """Return whose unexpired browser session this is, or None."""
-    row = session.execute(
-        sa.select(User, LoginSession)
-        .join(LoginSession, LoginSession.user_id == User.id)
-        .where(LoginSession.token_sha256 == sha256, LoginSession.expires_at > moment)
-    ).one_or_none()
-    return (row[0], row[1]) if row else None
+    rows = session.execute(_OF_SESSION, {"sha256": sha256, "moment": moment}).all()
+    return _credential([tuple(row) for row in rows]) if rows else None
 
 
-def user_of_token(session: Session, sha256: str, moment: datetime) -> tuple[User, ApiToken] | None:
+def credential_of_token(session: Session, sha256: str, moment: datetime) -> Credential | None:
     """Return whose unexpired, unrevoked API token this is, or None."""
-    row = session.execute(
-        sa.select(User, ApiToken)
-        .join(ApiToken, ApiToken.user_id == User.id)
-        .where(
-            ApiToken.token_sha256 == sha256,
-            ApiToken.expires_at > moment,
-            ApiToken.revoked_at.is_(None),
-        )
-    ).one_or_none()
-    return (row[0], row[1]) if row else None
+    rows = session.execute(_OF_TOKEN, {"sha256": sha256, "moment": moment}).all()
+    return _credential([tuple(row) for row in rows]) if rows else None
+
+
+def _credential(rows: Sequence[tuple[Any, ...]]) -> Credential:
+    """Put the rows of one credential together: one for each role of the person."""
+    identifier, user_id, email, name, is_active, _, _, *token = rows[0]
+    roles = {row[5]: row[6] for row in rows if row[6] is not None}
+    return Credential(identifier, user_id, email, name, is_active, roles, *token)
 
 
 def list_users(session: Session, paging: Paging) -> tuple[Sequence[User], str | None]:

@@ -40,33 +40,42 @@ def authenticate(
     Inactive people, expired sessions and expired or revoked tokens are nobody.
     """
     if bearer is not None:
-        found_token = repository.user_of_token(session, token_sha256(bearer), moment)
-        if found_token is None or not found_token[0].is_active:
+        token = repository.credential_of_token(session, token_sha256(bearer), moment)
+        if token is None or not token.is_active:
             return None
-        user, token = found_token
-        stale = token.last_used_at is None or moment - token.last_used_at > TOKEN_USE_RESOLUTION
+        used_at = token.last_used_at
+        stale = used_at is None or moment - used_at > TOKEN_USE_RESOLUTION
         scopes = frozenset(Scope(scope) for scope in token.scopes)
-        return Caller(_access(user, token_scopes=scopes), token.id if stale else None)
+        return Caller(_access_of(token, token_scopes=scopes), token.id if stale else None)
     if cookie is not None:
-        found = repository.user_of_session(session, token_sha256(cookie), moment)
-        if found is not None and found[0].is_active:
-            return Caller(_access(found[0], session_id=found[1].id))
+        found = repository.credential_of_session(session, token_sha256(cookie), moment)
+        if found is not None and found.is_active:
+            return Caller(_access_of(found, session_id=found.id))
     return None
 
 
-def _access(
-    user: User,
+def _access_of(
+    found: repository.Credential,
     *,
     token_scopes: frozenset[Scope] | None = None,
     session_id: int | None = None,
 ) -> Access:
     return Access(
+        user_id=found.user_id,
+        email=found.email,
+        name=found.name or found.email,
+        roles=found.roles,
+        token_scopes=token_scopes,
+        session_id=session_id,
+    )
+
+
+def _access(user: User) -> Access:
+    return Access(
         user_id=user.id,
         email=user.email,
         name=user.name or user.email,
         roles={membership.site_id: membership.role for membership in user.memberships},
-        token_scopes=token_scopes,
-        session_id=session_id,
     )
 
 

@@ -8,10 +8,16 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+from app.db import Base
 from app.tables.reviews import Review
 from app.tables.runs import Pose
 
 _STANDING = Review.replaced_at.is_(None)
+# Asked at every grade, so they are put together once.
+_STANDING_OF = sa.select(Review.id, Review.user_id, Review.second_opinion, Review.settles).where(
+    Review.pose_id == sa.bindparam("pose_id"), _STANDING
+)
+_ADD = sa.insert(Base.metadata.tables["reviews"]).returning(Review.id)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +47,7 @@ def lock(session: Session, pose_ids: Iterable[int]) -> None:
 
 def standing(session: Session, pose_id: int) -> Sequence[Standing]:
     """Return the standing reviews of a pose."""
-    rows = session.execute(
-        sa.select(Review.id, Review.user_id, Review.second_opinion, Review.settles).where(
-            Review.pose_id == pose_id, _STANDING
-        )
-    )
+    rows = session.execute(_STANDING_OF, {"pose_id": pose_id})
     return [Standing(*row) for row in rows]
 
 
@@ -61,7 +63,7 @@ def demote(session: Session, review_ids: Collection[int]) -> None:
 
 def add(session: Session, columns: dict[str, Any]) -> Review:
     """Store a review; without loading what the caller knows already."""
-    identifier = session.scalar(sa.insert(Review).values(**columns).returning(Review.id))
+    identifier = session.execute(_ADD, columns).scalar_one()
     return Review(id=identifier, **columns)
 
 

@@ -12,15 +12,60 @@ from datetime import datetime
 import sqlalchemy as sa
 from sqlalchemy.orm import Session, aliased
 
-from app.db import find
+from app.db import Base, find
+from app.ids import LARGEST_ROW_ID
 from app.paging import Paging, fetch_page
 from app.tables.imagery import Image
-from app.tables.queues import QueueOrder, ReviewQueue, ReviewQueueItem
+from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue, ReviewQueueItem
 from app.tables.reviews import ImageCompletion, Review, verdict_order
 from app.tables.runs import Match, Pose, Run, RunImage
 
 _OPEN = ReviewQueueItem.done_at.is_(None)
 _STANDING = Review.replaced_at.is_(None)
+_STATES = (
+    sa.select(
+        ReviewQueueItem.id,
+        ReviewQueueItem.queue_id,
+        ReviewQueueItem.position,
+        ReviewQueueItem.user_id,
+        ReviewQueueItem.leased_until,
+        ReviewQueueItem.done_at,
+        ReviewQueue.order,
+        ReviewQueue.double,
+    )
+    .join(ReviewQueue, ReviewQueue.id == ReviewQueueItem.queue_id)
+    .order_by(ReviewQueueItem.queue_id, ReviewQueueItem.position, ReviewQueueItem.slot)
+)
+_OF_POSE = _STATES.where(ReviewQueueItem.pose_id == sa.bindparam("pose_id"))
+_OF_IMAGE = _STATES.where(
+    ReviewQueueItem.image_id == sa.bindparam("image_id"),
+    ReviewQueueItem.pose_id.is_(None),
+    ReviewQueue.run_id == sa.bindparam("run_id"),
+)
+# The table's own statements: the session holds no items that would have to follow.
+_ITEMS = Base.metadata.tables["review_queue_items"]
+_THESE = _ITEMS.c.id.in_(sa.bindparam("ids", expanding=True))
+_SET = (
+    sa.update(_ITEMS)
+    .where(_THESE)
+    .values(
+        user_id=sa.bindparam("holder"),
+        leased_until=sa.bindparam("until"),
+        done_at=sa.bindparam("done"),
+    )
+)
+_QUEUE = (
+    sa.select(
+        ReviewQueue.id,
+        ReviewQueue.run_id,
+        Run.site_id,
+        ReviewQueue.unit,
+        ReviewQueue.order,
+        ReviewQueue.double,
+    )
+    .join(Run, Run.id == ReviewQueue.run_id)
+    .where(ReviewQueue.id == sa.bindparam("queue_id"))
+)
 ROWS_AT_ONCE = 1000
 
 
@@ -50,6 +95,29 @@ class ItemState:
 
 
 @dataclass(frozen=True, slots=True)
+class OpenQueue:
+    """What is needed of a queue to take from it."""
+
+    id: int
+    run_id: int
+    site_id: int
+    unit: QueueUnit
+    order: QueueOrder
+    double: bool
+
+
+@dataclass(frozen=True, slots=True)
+class LeasedItem:
+    """An item that a person holds until a moment."""
+
+    id: int
+    position: int
+    image_id: int
+    pose_id: int | None
+    leased_until: datetime
+
+
+@dataclass(frozen=True, slots=True)
 class Unit:
     """Something that can be put into a queue: an image, or a pose in it."""
 
@@ -73,6 +141,14 @@ class Counts:
 def get(session: Session, queue_id: int) -> ReviewQueue | None:
     """Return a queue."""
     return find(session, ReviewQueue, queue_id, sa.orm.joinedload(ReviewQueue.run))
+
+
+def get_open(session: Session, queue_id: int) -> OpenQueue | None:
+    """Return what is needed of a queue to take from it."""
+    if not 0 < queue_id <= LARGEST_ROW_ID:
+        return None
+    row = session.execute(_QUEUE, {"queue_id": queue_id}).one_or_none()
+    return None if row is None else OpenQueue(*row)
 
 
 def listed(
@@ -188,48 +264,63 @@ def add_items(session: Session, rows: Sequence[dict[str, object]]) -> None:
 
 
 def take(
-    session: Session, queue: ReviewQueue, user_id: int, count: int, at: datetime, until: datetime
-) -> Sequence[ReviewQueueItem]:
+    session: Session, queue: OpenQueue, user_id: int, count: int, at: datetime, until: datetime
+) -> Sequence[LeasedItem]:
     """Lease free items to a person, the first ones of the queue."""
     is_postgres = session.get_bind().dialect.name == "postgresql"
     if is_postgres and queue.double:
         session.execute(
             sa.select(ReviewQueue.id).where(ReviewQueue.id == queue.id).with_for_update()
         )
-    statement = (
-        sa.select(ReviewQueueItem)
-        .join(Image, Image.id == ReviewQueueItem.image_id)
-        .where(
-            ReviewQueueItem.queue_id == queue.id,
-            _OPEN,
-            _free(ReviewQueueItem, at),
-            Image.deleted_at.is_(None),
-        )
-        .order_by(ReviewQueueItem.position, ReviewQueueItem.slot)
-        .limit(count)
-    )
+    statement = _FREE
     if queue.double:
-        statement = statement.where(~_other_half(user_id, at))
+        statement = statement.where(~_other_half())
     if queue.order is QueueOrder.SECOND_OPINION:
         own = sa.exists().where(
-            Review.pose_id == ReviewQueueItem.pose_id, Review.user_id == user_id, _STANDING
+            Review.pose_id == ReviewQueueItem.pose_id,
+            Review.user_id == sa.bindparam("taker"),
+            _STANDING,
         )
         statement = statement.where(~own)
     if is_postgres:
         statement = statement.with_for_update(of=ReviewQueueItem, skip_locked=True)
-    items = session.scalars(statement).all()
+    rows = session.execute(
+        statement, {"queue_id": queue.id, "at": at, "taker": user_id, "most": count}
+    )
+    items = [LeasedItem(*row, until) for row in rows]
     if items:
         hold(session, [item.id for item in items], user_id, until)
     return items
 
 
 def _free(
-    item: type[ReviewQueueItem] | sa.orm.util.AliasedClass[ReviewQueueItem], at: datetime
+    item: type[ReviewQueueItem] | sa.orm.util.AliasedClass[ReviewQueueItem],
 ) -> sa.ColumnElement[bool]:
-    return item.user_id.is_(None) | item.leased_until.is_(None) | (item.leased_until < at)
+    """Whether nobody holds an item at the moment `at`."""
+    ran_out = item.leased_until < sa.bindparam("at")
+    return item.user_id.is_(None) | item.leased_until.is_(None) | ran_out
 
 
-def _other_half(user_id: int, at: datetime) -> sa.ColumnElement[bool]:
+_FREE = (
+    sa.select(
+        ReviewQueueItem.id,
+        ReviewQueueItem.position,
+        ReviewQueueItem.image_id,
+        ReviewQueueItem.pose_id,
+    )
+    .join(Image, Image.id == ReviewQueueItem.image_id)
+    .where(
+        ReviewQueueItem.queue_id == sa.bindparam("queue_id"),
+        _OPEN,
+        _free(ReviewQueueItem),
+        Image.deleted_at.is_(None),
+    )
+    .order_by(ReviewQueueItem.position, ReviewQueueItem.slot)
+    .limit(sa.bindparam("most", type_=sa.Integer))
+)
+
+
+def _other_half() -> sa.ColumnElement[bool]:
     """Whether a person may not have an item: the other half is theirs, or comes first."""
     half = aliased(ReviewQueueItem)
     same_work = (
@@ -237,16 +328,24 @@ def _other_half(user_id: int, at: datetime) -> sa.ColumnElement[bool]:
         & (half.position == ReviewQueueItem.position)
         & (half.slot != ReviewQueueItem.slot)
     )
-    theirs = (half.user_id == user_id) & (half.done_at.is_not(None) | (half.leased_until >= at))
-    first = (half.slot < ReviewQueueItem.slot) & half.done_at.is_(None) & _free(half, at)
+    theirs = (half.user_id == sa.bindparam("taker")) & (
+        half.done_at.is_not(None) | (half.leased_until >= sa.bindparam("at"))
+    )
+    first = (half.slot < ReviewQueueItem.slot) & half.done_at.is_(None) & _free(half)
     return sa.exists().where(same_work, theirs | first)
 
 
 def held(
     session: Session, queue_id: int, user_id: int, at: datetime, ids: Collection[int] | None = None
-) -> Sequence[ReviewQueueItem]:
+) -> Sequence[LeasedItem]:
     """Return the items of a queue that a person holds, or those of them that are named."""
-    statement = sa.select(ReviewQueueItem).where(
+    statement = sa.select(
+        ReviewQueueItem.id,
+        ReviewQueueItem.position,
+        ReviewQueueItem.image_id,
+        ReviewQueueItem.pose_id,
+        ReviewQueueItem.leased_until,
+    ).where(
         ReviewQueueItem.queue_id == queue_id,
         _OPEN,
         ReviewQueueItem.user_id == user_id,
@@ -257,17 +356,13 @@ def held(
     if session.get_bind().dialect.name == "postgresql":
         # What is locked is just being graded: neither to be waited for nor to be held any longer.
         statement = statement.with_for_update(of=ReviewQueueItem, skip_locked=True)
-    return session.scalars(statement.order_by(ReviewQueueItem.position, ReviewQueueItem.slot)).all()
+    rows = session.execute(statement.order_by(ReviewQueueItem.position, ReviewQueueItem.slot))
+    return [LeasedItem(row[0], row[1], row[2], row[3], row[4] or at) for row in rows]
 
 
 def hold(session: Session, ids: Collection[int], user_id: int, until: datetime) -> None:
     """Let a person hold items until a moment; those that were done are open again."""
-    session.execute(
-        sa.update(ReviewQueueItem)
-        .where(ReviewQueueItem.id.in_(ids))
-        .values(user_id=user_id, leased_until=until, done_at=None)
-        .execution_options(synchronize_session=False)
-    )
+    session.execute(_SET, {"ids": list(ids), "holder": user_id, "until": until, "done": None})
 
 
 def release(session: Session, ids: Collection[int]) -> None:
@@ -282,45 +377,17 @@ def release(session: Session, ids: Collection[int]) -> None:
 
 def set_done(session: Session, ids: Collection[int], user_id: int, at: datetime) -> None:
     """Say that a person did items."""
-    session.execute(
-        sa.update(ReviewQueueItem)
-        .where(ReviewQueueItem.id.in_(ids))
-        .values(user_id=user_id, leased_until=None, done_at=at)
-        .execution_options(synchronize_session=False)
-    )
+    session.execute(_SET, {"ids": list(ids), "holder": user_id, "until": None, "done": at})
 
 
 def items_of_pose(session: Session, pose_id: int) -> Sequence[ItemState]:
     """Return the items that are about a pose."""
-    return _states(session, ReviewQueueItem.pose_id == pose_id)
+    return [ItemState(*row) for row in session.execute(_OF_POSE, {"pose_id": pose_id})]
 
 
 def items_of_image(session: Session, run_id: int, image_id: int) -> Sequence[ItemState]:
     """Return the items of a run that are about an image as a whole."""
-    return _states(
-        session,
-        ReviewQueueItem.image_id == image_id,
-        ReviewQueueItem.pose_id.is_(None),
-        ReviewQueue.run_id == run_id,
-    )
-
-
-def _states(session: Session, *conditions: sa.ColumnElement[bool]) -> Sequence[ItemState]:
-    rows = session.execute(
-        sa.select(
-            ReviewQueueItem.id,
-            ReviewQueueItem.queue_id,
-            ReviewQueueItem.position,
-            ReviewQueueItem.user_id,
-            ReviewQueueItem.leased_until,
-            ReviewQueueItem.done_at,
-            ReviewQueue.order,
-            ReviewQueue.double,
-        )
-        .join(ReviewQueue, ReviewQueue.id == ReviewQueueItem.queue_id)
-        .where(*conditions)
-        .order_by(ReviewQueueItem.queue_id, ReviewQueueItem.position, ReviewQueueItem.slot)
-    )
+    rows = session.execute(_OF_IMAGE, {"run_id": run_id, "image_id": image_id})
     return [ItemState(*row) for row in rows]
 
 

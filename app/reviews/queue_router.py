@@ -15,6 +15,7 @@ from app.errors import Forbidden, looked_up_by
 from app.ids import RowId
 from app.paging import Page
 from app.reviews import queues, service
+from app.reviews.queue_repository import LeasedItem, OpenQueue
 from app.reviews.queue_schemas import (
     HeldIn,
     HeldItem,
@@ -28,7 +29,7 @@ from app.reviews.queue_schemas import (
 )
 from app.reviews.schemas import PoseImage, PoseOut
 from app.runs import service as runs
-from app.tables.queues import QueueUnit, ReviewQueue, ReviewQueueItem
+from app.tables.queues import QueueUnit, ReviewQueue
 
 router = APIRouter(route_class=IdempotentRoute)
 
@@ -108,7 +109,7 @@ def take_next(
 ) -> Response:
     """Lease the next item, or several; 204 where nothing is free."""
     wanted = body or NextIn()
-    queue = _queue(session, queue_id, access, Scope.REVIEW)
+    queue = _open(session, queue_id, access)
     items = queues.take_next(
         session,
         queue,
@@ -133,7 +134,7 @@ def extend(
     body: HeldIn | None = None,
 ) -> HeldOut:
     """Hold on to items for another while; those that others got meanwhile are not in the answer."""
-    queue = _queue(session, queue_id, access, Scope.REVIEW)
+    queue = _open(session, queue_id, access)
     lease = timedelta(seconds=settings.review_lease_s)
     ids = body.items if body else None
     held = queues.extend(session, queue, access.user_id, ids, lease)
@@ -145,7 +146,7 @@ def release(
     queue_id: int, session: SessionDep, access: Reviewer, body: HeldIn | None = None
 ) -> None:
     """Give items back, so that others get them at once."""
-    queue = _queue(session, queue_id, access, Scope.REVIEW)
+    queue = _open(session, queue_id, access)
     queues.release(session, queue, access.user_id, body.items if body else None)
 
 
@@ -155,12 +156,18 @@ def _queue(session: Session, queue_id: int, access: Access, scope: Scope) -> Rev
     return queue
 
 
+def _open(session: Session, queue_id: int, access: Access) -> OpenQueue:
+    queue = queues.get_open(session, queue_id)
+    access.require(Scope.REVIEW, queue.site_id)
+    return queue
+
+
 def _shown(session: Session, queue: ReviewQueue, access: Access) -> QueueOut:
     return QueueOut.of(queue, queues.counts(session, [queue], access.user_id)[queue.id])
 
 
 def _items(
-    session: Session, queue: ReviewQueue, items: Sequence[ReviewQueueItem], user_id: int
+    session: Session, queue: OpenQueue, items: Sequence[LeasedItem], user_id: int
 ) -> list[QueueItemOut]:
     """Put leased items together with what is to be seen of them."""
     if queue.unit is QueueUnit.IMAGE:
@@ -184,10 +191,8 @@ def _items(
 
 
 def _item(
-    queue: ReviewQueue, item: ReviewQueueItem, image: PoseImage, pose: PoseOut | None
+    queue: OpenQueue, item: LeasedItem, image: PoseImage, pose: PoseOut | None
 ) -> QueueItemOut:
-    if item.leased_until is None:
-        raise ValueError("a leased item has an end of its lease")
     return QueueItemOut(
         id=item.id,
         queue_id=queue.id,

@@ -8,7 +8,7 @@ and another gets it; nobody else has it before, unless the queue is for double r
 
 import secrets
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
 from sqlalchemy.orm import Session
@@ -18,10 +18,10 @@ from app.domain.review_order import doubt, shuffled
 from app.errors import Invalid, NotFound
 from app.paging import Paging
 from app.reviews import queue_repository as repository
-from app.reviews.queue_repository import Counts, Unit
+from app.reviews.queue_repository import Counts, LeasedItem, OpenQueue, Unit
 from app.reviews.repository import pose_state
 from app.runs import service as runs
-from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue, ReviewQueueItem
+from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue
 from app.tables.runs import Run
 
 NO_QUEUE = "there is no such queue"
@@ -209,34 +209,40 @@ def delete(session: Session, queue: ReviewQueue) -> None:
     session.delete(queue)
 
 
+def get_open(session: Session, queue_id: int) -> OpenQueue:
+    """Return what is needed of a queue to take from it. Raises NotFound."""
+    queue = repository.get_open(session, queue_id)
+    if queue is None:
+        raise NotFound(NO_QUEUE)
+    return queue
+
+
 def take_next(
     session: Session,
-    queue: ReviewQueue,
+    queue: OpenQueue,
     user_id: int,
     *,
     count: int,
     lease: timedelta,
     resume: bool,
-) -> list[ReviewQueueItem]:
+) -> list[LeasedItem]:
     """Lease the next items to a person; with `resume` those they hold already come first."""
     at = now()
     until = at + lease
-    items: list[ReviewQueueItem] = []
+    items: list[LeasedItem] = []
     if resume:
-        items = list(repository.held(session, queue.id, user_id, at))[:count]
+        held = repository.held(session, queue.id, user_id, at)[:count]
+        items = [replace(item, leased_until=until) for item in held]
         if items:
             repository.hold(session, [item.id for item in items], user_id, until)
     if len(items) < count:
         items += repository.take(session, queue, user_id, count - len(items), at, until)
-    for item in items:
-        item.leased_until = until  # as was stored; the rows are read no more
-    session.expunge_all()
     return items
 
 
 def extend(
     session: Session,
-    queue: ReviewQueue,
+    queue: OpenQueue,
     user_id: int,
     ids: Sequence[int] | None,
     lease: timedelta,
@@ -250,7 +256,7 @@ def extend(
     return [(item.id, until) for item in items]
 
 
-def release(session: Session, queue: ReviewQueue, user_id: int, ids: Sequence[int] | None) -> None:
+def release(session: Session, queue: OpenQueue, user_id: int, ids: Sequence[int] | None) -> None:
     """Give items back, so that others get them at once."""
     items = repository.held(session, queue.id, user_id, now(), ids)
     if items:

@@ -18,6 +18,33 @@ from app.tables.runs import Pose, Run
 
 UNGRADED = "ungraded"
 STANDING = Review.replaced_at.is_(None)
+# Asked at every request about a pose, so they are put together once.
+_SITE_OF_POSE = (
+    sa.select(Run.site_id)
+    .join(Pose, Pose.run_id == Run.id)
+    .join(Image, Image.id == Pose.image_id)
+    .where(Pose.id == sa.bindparam("pose_id"), Image.deleted_at.is_(None))
+)
+_POSES_BY_ID = (
+    sa.select(Pose)
+    .options(joinedload(Pose.image))
+    .where(Pose.id.in_(sa.bindparam("ids", expanding=True)))
+)
+_STANDING_REVIEWS = (
+    sa.select(Review)
+    .where(Review.pose_id.in_(sa.bindparam("ids", expanding=True)), STANDING)
+    .order_by(*verdict_order())
+)
+_VESSELS = sa.select(Vessel).where(Vessel.mmsi.in_(sa.bindparam("mmsis", expanding=True)))
+_BESIDE = sa.select(
+    Pose.id,
+    sa.exists().where(Review.pose_id == Pose.id, STANDING),
+    sa.select(sa.func.count()).where(Comment.pose_id == Pose.id).scalar_subquery(),
+    sa.exists().where(Bookmark.pose_id == Pose.id, Bookmark.user_id == sa.bindparam("reader_id")),
+    sa.select(sa.func.max(Correction.version))
+    .where(Correction.pose_id == Pose.id)
+    .scalar_subquery(),
+).where(Pose.id.in_(sa.bindparam("ids", expanding=True)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +68,7 @@ class PoseFilters:
 class Beside:
     """What stands beside a pose for one reader."""
 
+    reviewed: bool
     comments: int
     bookmarked: bool
     correction_version: int
@@ -53,9 +81,7 @@ def pose(session: Session, pose_id: int) -> Pose | None:
 
 def poses_by_id(session: Session, pose_ids: Sequence[int]) -> Sequence[Pose]:
     """Return some poses with their images, matches, detections and vessel states."""
-    return session.scalars(
-        sa.select(Pose).options(joinedload(Pose.image)).where(Pose.id.in_(pose_ids))
-    ).all()
+    return session.scalars(_POSES_BY_ID, {"ids": pose_ids}).all()
 
 
 def poses_of_images(session: Session, run_id: int, image_ids: Sequence[int]) -> Sequence[Pose]:
@@ -78,12 +104,7 @@ def site_of_pose(session: Session, pose_id: int) -> int | None:
     """Return the site a pose belongs to; None for the poses of a deleted image."""
     if not 0 < pose_id <= LARGEST_WIDE_ID:
         return None
-    return session.scalar(
-        sa.select(Run.site_id)
-        .join(Pose, Pose.run_id == Run.id)
-        .join(Image, Image.id == Pose.image_id)
-        .where(Pose.id == pose_id, Image.deleted_at.is_(None))
-    )
+    return session.scalar(_SITE_OF_POSE, {"pose_id": pose_id})
 
 
 def poses(
@@ -183,9 +204,7 @@ def standing_grade() -> sa.ScalarSelect[Grade]:
 
 def standing_reviews(session: Session, pose_ids: Sequence[int]) -> Mapping[int, Sequence[Review]]:
     """Return the standing reviews of each pose that has any, the one that counts first."""
-    rows = session.scalars(
-        sa.select(Review).where(Review.pose_id.in_(pose_ids), STANDING).order_by(*verdict_order())
-    )
+    rows = session.scalars(_STANDING_REVIEWS, {"ids": pose_ids})
     found: dict[int, list[Review]] = {}
     for review in rows:
         found.setdefault(review.pose_id, []).append(review)
@@ -196,17 +215,8 @@ def beside(
     session: Session, pose_ids: Sequence[int], reader_id: int | None
 ) -> Mapping[int, Beside]:
     """Return what stands beside each pose for a reader."""
-    comments = sa.select(sa.func.count()).where(Comment.pose_id == Pose.id).scalar_subquery()
-    bookmarked = sa.exists().where(Bookmark.pose_id == Pose.id, Bookmark.user_id == reader_id)
-    version = (
-        sa.select(sa.func.max(Correction.version))
-        .where(Correction.pose_id == Pose.id)
-        .scalar_subquery()
-    )
-    rows = session.execute(
-        sa.select(Pose.id, comments, bookmarked, version).where(Pose.id.in_(pose_ids))
-    )
-    return {row[0]: Beside(row[1], bool(row[2]), row[3] or 0) for row in rows}
+    rows = session.execute(_BESIDE, {"ids": pose_ids, "reader_id": reader_id})
+    return {row[0]: Beside(bool(row[1]), row[2], bool(row[3]), row[4] or 0) for row in rows}
 
 
 def reviews_of(session: Session, pose_id: int) -> Sequence[Review]:
@@ -218,7 +228,7 @@ def reviews_of(session: Session, pose_id: int) -> Sequence[Review]:
 
 def vessels(session: Session, mmsis: Iterable[int]) -> Mapping[int, Vessel]:
     """Return what is known of some vessels."""
-    rows = session.scalars(sa.select(Vessel).where(Vessel.mmsi.in_(set(mmsis))))
+    rows = session.scalars(_VESSELS, {"mmsis": list(set(mmsis))})
     return {vessel.mmsi: vessel for vessel in rows}
 
 

@@ -119,8 +119,9 @@ def with_verdicts(
 ) -> list[ReviewedPose]:
     """Put poses together with what stands beside them."""
     ids = [pose.id for pose in poses]
-    reviews = repository.standing_reviews(session, ids)
     beside = repository.beside(session, ids, reader_id)
+    reviewed = [pose_id for pose_id, notes in beside.items() if notes.reviewed]
+    reviews = repository.standing_reviews(session, reviewed) if reviewed else {}
     corrected = [pose_id for pose_id, notes in beside.items() if notes.correction_version]
     corrections = correction_repository.counting(session, corrected) if corrected else {}
     mmsis = {pose.mmsi for pose in poses} | {found.mmsi for found in corrections.values()}
