@@ -14,6 +14,8 @@ from app.auth import pages as auth_pages
 from app.auth import router as auth
 from app.auth.declared import refuse_undeclared_routes
 from app.auth.protection import protect
+from app.calibration import pages as calibration_pages
+from app.calibration import router as calibration
 from app.config import Settings, get_settings
 from app.db import Database
 from app.detectors import pages as detector_pages
@@ -40,6 +42,8 @@ from app.runs import pages as run_pages
 from app.runs import router as runs
 from app.sites import pages as site_pages
 from app.sites import router as sites
+from app.sites import water_pages
+from app.sites import water_router as water_levels
 from app.statics import mount_statics
 from app.storage import Storage
 
@@ -48,9 +52,11 @@ REST = (
     auth,
     admin,
     sites,
+    water_levels,
     registration,
     landmarks,
     reregistration,
+    calibration,
     imagery,
     ais,
     detectors,
@@ -64,8 +70,10 @@ PAGES = (
     auth_pages,
     admin_pages,
     site_pages,
+    water_pages,
     registration_pages,
     reregistration_pages,
+    calibration_pages,
     registration_editor,
     imagery_pages,
     ais_pages,
