@@ -118,6 +118,22 @@ def create_from_truth(
     return _store(session, run, name, drawn, user_id, from_truth=True, seed=seed)
 
 
+def offer_from_truth(
+    session: Session, run_ids: Sequence[int], name: str, size: int = 20, seed: int = 1
+) -> CalibrationSet | None:
+    """Make a set of the first run that can be judged; None if none can, or a set is there."""
+    for run_id in run_ids:
+        present, _ = repository.listed(session, None, run_id, Paging(limit=1, after=None))
+        if present:
+            return None
+    for run_id in run_ids:
+        try:
+            return create_from_truth(session, runs.get_run(session, run_id), name, size, seed, None)
+        except Conflict:
+            continue
+    return None
+
+
 def create_from_own(
     session: Session, run: Run, name: str, size: int, seed: int, user_id: int
 ) -> CalibrationSet:

@@ -25,6 +25,7 @@ from app.config import Settings, get_settings
 from app.db import Database
 from app.errors import AppError
 from app.evaluation.service import against_truth
+from app.guideline import practice
 from app.jobs import JobClient
 from app.logs import configure_logs
 from app.operation import harbour_repository, harbour_site
@@ -58,6 +59,7 @@ def run_demo(host: str, port: int, choice: HarbourChoice, *, leave: bool) -> Non
         _wait_for_detector(database, detector)
         run_ids = harbour_site.start_missing_runs(database, jobs, place, detector)
         summary = _finish_runs(database, run_ids) + _against_truth(database, run_ids)
+        summary += _what_to_do(database, run_ids)
         _tell("", fleeting=True)
         typer.echo("\n".join(summary + _how_to_sign_in(passwords)))
         jobs.destroy()
@@ -179,6 +181,19 @@ def _against_truth(database: Database, run_ids: list[int]) -> list[str]:
                 f"95 % within {spread.p95:5.2f} {unit}"
             )
     return lines
+
+
+def _what_to_do(database: Database, run_ids: list[int]) -> list[str]:
+    """Offer a calibration set by the truth; returns lines on where to grade and to practise."""
+    with database.writing() as session:
+        practice.offer_from_truth(session, run_ids, "Clear cases of the harbour")
+    lines = ["Where to begin, once signed in:"]
+    for run_id in run_ids:
+        lines += [
+            f"  /runs/{run_id}/review  grade the poses",
+            f"  /evaluation/progress?run_id={run_id}  see the review's progress filling",
+        ]
+    return [*lines, "  /calibration-sets  practise on poses judged by the truth"]
 
 
 def _how_to_sign_in(passwords: dict[str, str]) -> list[str]:

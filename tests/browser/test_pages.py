@@ -43,6 +43,8 @@ def addresses(
         "model_id": first("/models")["id"],
         "run_id": make_run("Walked through"),
     }
+    judged = {"run_id": ids["run_id"], "name": "Clear cases", "from_truth": True}
+    ids["set_id"] = api.post("/calibration-sets", json=judged).json()["id"]
     return [filled(path, ids) for path in page_routes(app, "GET") if path not in NO_PAGES]
 
 
