@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session, joinedload
 from app.db import now
 from app.domain.detection import Detection as DetectedBox
 from app.runs.inheritance_repository import inherit
+from app.sites.water import Level
 from app.tables.detection import Detection, DetectionSet, Model
 from app.tables.imagery import Image
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
@@ -53,6 +54,7 @@ class ImageOutcome:
     states: Sequence[dict[str, Any]]
     poses: Sequence[PoseRows]
     error: str | None = None
+    water: Level | None = None
 
 
 def context(session: Session, run_id: int) -> RunContext:
@@ -148,6 +150,8 @@ def store(
                 "done_at": done_at,
                 "detection_set_id": set_ids.get(outcome.image_sha256),
                 "error": outcome.error,
+                "water_level_m": outcome.water.level_m if outcome.water else None,
+                "water_level_source": outcome.water.source.value if outcome.water else None,
             }
             for outcome in outcomes
         ],

@@ -27,6 +27,7 @@ from app.runs import batch_repository as batches
 from app.runs.batch_repository import ImageOutcome
 from app.runs.parameters import fusion_settings
 from app.runs.service import RUN_JOB
+from app.sites.water import Level, level_at
 from app.storage import Storage
 from app.tables.detection import Detection as DetectionRow
 from app.tables.detection import DetectionSet
@@ -50,7 +51,7 @@ class _Batch:
     known: Mapping[str, DetectionSet]
     camera: Camera
     frame: EnuFrame
-    water_level_m: float
+    water: Mapping[int, Level]
     detector: Detector
     model_sha256: str
     settings: FusionSettings
@@ -136,7 +137,9 @@ class RunPipeline:
                 ),
                 camera=camera,
                 frame=frame,
-                water_level_m=context.site.water_level_m,
+                water={
+                    image.id: level_at(session, context.site, image.captured_at) for image in images
+                },
                 detector=detector,
                 model_sha256=context.model.sha256,
                 settings=settings,
@@ -161,7 +164,7 @@ def _outcomes(batch: _Batch, pixels: Iterator[Future[UInt8Array]]) -> list[Image
             SeenImage(
                 detections=found[image.id],
                 states=batch.states[image.id],
-                water_level_m=batch.water_level_m,
+                water_level_m=batch.water[image.id].level_m,
                 at_s=image.captured_at.timestamp(),
             )
             for image in seen
@@ -197,14 +200,15 @@ def _fused(
     batch: _Batch, image: Image, boxes: list[Detection], result: FusionResult
 ) -> ImageOutcome:
     known = batch.known.get(image.sha256)
-    states = batch.states[image.id]
+    states, water = batch.states[image.id], batch.water[image.id]
     return ImageOutcome(
         image_id=image.id,
         image_sha256=image.sha256,
         detection_set_id=known.id if known else None,
         new_boxes=None if known else boxes,
-        states=state_rows(batch.camera, batch.frame, batch.water_level_m, states, result),
+        states=state_rows(batch.camera, batch.frame, water.level_m, states, result),
         poses=pose_rows(batch.frame, states, result),
+        water=water,
     )
 
 
