@@ -79,7 +79,7 @@ def breakdown(
         return _split(
             poses,
             standing,
-            lambda pose: ship_type_name(types.get(pose.mmsi)) or UNKNOWN,
+            lambda pose: _kind(types.get(pose.mmsi)),
             str.capitalize,
         )
     stations = repository.stations(session, {pose.run_id for pose in poses})
@@ -120,6 +120,12 @@ def _split(
         )
         for key, ids in sorted(members.items(), key=lambda item: _order(item[0]))
     ]
+
+
+def _kind(ship_type: int | None) -> str:
+    """Name a ship type by its kind alone: the second digit tells hazards, not shapes."""
+    name = ship_type_name(ship_type)
+    return name.partition(" (")[0] if name else UNKNOWN
 
 
 def _order(key: Hashable) -> tuple[bool, int, str]:

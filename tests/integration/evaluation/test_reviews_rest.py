@@ -82,7 +82,7 @@ def test_poses_are_split_by_type_range_heading_and_run(
     for found in groups.values():
         assert sum(group["poses"] for group in found) == 10
         assert sum(group["graded"] for group in found) == 9
-    assert [group["label"] for group in groups["type"]] == ["Cargo (70)", "Unknown"]
+    assert [group["label"] for group in groups["type"]] == ["Cargo", "Unknown"]
     assert [(group["label"], group["poses"]) for group in groups["range"]] == [
         (f"{start} to {start + 20} m", 2) for start in range(40, 140, 20)
     ]
