@@ -8,6 +8,7 @@ from app.auth.access import Access, Scope, allowed
 from app.dependencies import SessionDep
 from app.domain.grading import GUIDELINE, GUIDELINE_VERSION
 from app.errors import NotFound
+from app.guideline import service as guideline
 from app.ids import RowId
 from app.reviews import queue_pages, queues
 from app.runs import service as runs
@@ -45,4 +46,5 @@ def review_run(
         time_zone=run.viewport.camera.timezone,
         guideline=GUIDELINE,
         guideline_version=GUIDELINE_VERSION,
+        guideline_text=guideline.current(),
     )
