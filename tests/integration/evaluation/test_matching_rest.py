@@ -191,3 +191,27 @@ def test_filters_narrow_by_time_and_refuse_nonsense(
     turned = client.get(MATCHING, params={"from": span["to"], "to": span["from"]})
     assert turned.status_code == 422
     assert turned.json()["errors"][0]["field"] == "to"
+
+
+def test_the_table_follows_what_a_reviewer_does(client: TestClient, database: Database) -> None:
+    """Grades, a missed vessel and "image complete" over REST make the table; undoing empties it."""
+    with database.writing() as session:
+        run, (image_id,), pose_ids = make_large_run(session, images=1, poses=2)
+    api, on_run = "/api/v1", {"run_id": run.id}
+    wrong = {"grade": "wrong", "reasons": ["missing_ais"]}
+    for pose_id, verdict in zip(pose_ids, ({"grade": "ok"}, wrong), strict=True):
+        client.post(f"{api}/poses/{pose_id}/reviews", json=verdict).raise_for_status()
+    box = {"x1_px": 1, "y1_px": 2, "x2_px": 9, "y2_px": 8, "reason": "cost_too_high"}
+    client.post(f"{api}/images/{image_id}/missed-vessels", json=on_run | box).raise_for_status()
+    assert client.get(MATCHING, params=on_run).json()["images_complete"] == 0
+    client.post(f"{api}/images/{image_id}/complete", json=on_run).raise_for_status()
+    answer = client.get(MATCHING, params=on_run).json()
+    counts = {row["reason"]: row["count"] for row in answer["rows"] if row["reason"] != "total"}
+    assert {reason: count for reason, count in counts.items() if count} == {
+        "ok": 1,
+        "missing_ais": 1,
+        "cost_too_high": 1,
+    }
+    assert answer["correct_of_visible"]["share"] == pytest.approx(1 / 3)
+    client.delete(f"{api}/images/{image_id}/complete", params=on_run).raise_for_status()
+    assert client.get(MATCHING, params=on_run).json()["denominators"]["annotations"]["count"] == 0
