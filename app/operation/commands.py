@@ -55,8 +55,8 @@ def worker(
 def demo(
     host: Host = "127.0.0.1",
     port: Port = 8000,
-    images: Annotated[int, typer.Option(min=1, max=10_000, help="How many images")] = 24,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed is another harbour")] = 1,
+    images: Annotated[int, typer.Option(min=1, max=10_000, help="How many images")] = 32,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed is another harbour")] = 19,
     size: Annotated[str, typer.Option(help="Image size in px: WIDTHxHEIGHT")] = "1280x960",
     *,
     leave: Annotated[

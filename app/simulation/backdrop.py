@@ -17,15 +17,20 @@ from app.simulation.light import Light
 from app.simulation.mesh import Mesh, Shade, Surface
 from app.simulation.noise import cloud_tile
 from app.simulation.raster import Window, rasterise
+from app.simulation.shadows import SunView, openness
 from app.simulation.sightlines import sight_lines
+
+_SHADOWS_WITHIN_M = 1300.0
+_SHADOW_TEXELS = 2048
 
 
 @dataclass(frozen=True, eq=False)
 class Backdrop:
     """Land in a viewport, at the samples of `window` where `covered` (height, width) is set.
 
-    The arrays `face`, `texture` (brightens or darkens), `height_m` (above the mean water level) and
-    `distance_m` list only those n samples, row by row; `inverse_depth` too, 1/m along the axis.
+    The arrays `face`, `texture` (brightens or darkens), `open_sky` (0 to 1), `place` (n, 3; its
+    height above the mean water level) and `distance_m` list only those n samples, row by row;
+    `inverse_depth` too, 1/m along the axis.
     """
 
     mesh: Mesh
@@ -34,22 +39,25 @@ class Backdrop:
     face: npt.NDArray[np.int32]
     inverse_depth: Shade
     texture: Shade
-    height_m: Shade
+    open_sky: Shade
+    place: Shade
     distance_m: Shade
 
     def inverse_depth_above(self, water_level_m: float) -> Float32Array:
         """Inverse depth of the land above water (height, width), 0 elsewhere."""
         depth = np.zeros(self.covered.shape, dtype=np.float32)
-        depth[self.covered] = np.where(self.height_m >= water_level_m, self.inverse_depth, 0.0)
+        depth[self.covered] = np.where(self.place[:, 2] >= water_level_m, self.inverse_depth, 0.0)
         return depth
 
     def lit(self, light: Light, water_level_m: float) -> tuple[Shade, Shade]:
         """Return colour times coverage (h, w, 3) and coverage (h, w) in whole pixels."""
-        table = light.on(self.mesh.normals(), self.mesh.colours)
+        direct, around = light.parts_on(self.mesh.normals(), self.mesh.colours)
+        colour = direct[self.face] * self._sunlit(light)[:, None]
+        colour += around[self.face] * self.open_sky[:, None]
+        colour *= self.texture[:, None]
         clear = np.exp(-self.distance_m / light.weather.visibility_m)[:, None]
-        colour = table[self.face] * self.texture[:, None]
         colour = colour * clear + light.haze * (1 - clear)
-        above_m = self.height_m - water_level_m
+        above_m = self.place[:, 2] - water_level_m
         # Walls are wet and dark up to where the last waves reached.
         colour *= np.clip(above_m / 1.6, 0.45, 1.0)[:, None]
         colour[above_m < 0] = 0.0
@@ -61,6 +69,18 @@ class Backdrop:
         size = (self.window.width // per_px, self.window.height // per_px)
         cover = cv2.resize(shown, size, interpolation=cv2.INTER_AREA)
         return np.asarray(cv2.resize(canvas, size, interpolation=cv2.INTER_AREA)), np.asarray(cover)
+
+    def _sunlit(self, light: Light) -> Shade:
+        """Return how much of the sun reaches each sample (n,), 0 to 1."""
+        if not light.casts_shadows:
+            return np.ones(len(self.face), dtype=np.float32)
+        # What matters is what fills most of the image: land some hundred metres ahead.
+        ahead = self.place[self.distance_m < _SHADOWS_WITHIN_M]
+        middle = ahead.mean(axis=0, dtype=np.float64) if len(ahead) else np.zeros(3)
+        sun = SunView.of(
+            self.mesh, light.to_sun_in_enu, middle, _SHADOWS_WITHIN_M / 2, _SHADOW_TEXELS
+        )
+        return sun.lit(self.place)
 
 
 def build_backdrop(camera: Camera, mesh: Mesh, samples_per_px: int) -> Backdrop:
@@ -78,8 +98,8 @@ def build_backdrop(camera: Camera, mesh: Mesh, samples_per_px: int) -> Backdrop:
     place = sight * away[:, None] + camera.center_in_world.astype(np.float32)
     footprint = away / np.float32(inner.K[0, 0] * samples_per_px)
     texture = _texture(mesh, face, place, footprint)
-    height = np.ascontiguousarray(place[:, 2])
-    return Backdrop(mesh, window, covered, face, inverse_depth, texture, height, away)
+    corners = openness(raster.inverse_depth, covered, 4 * samples_per_px, 3.0)[covered]
+    return Backdrop(mesh, window, covered, face, inverse_depth, texture, corners, place, away)
 
 
 def _texture(mesh: Mesh, face: npt.NDArray[np.int32], place: Shade, footprint_m: Shade) -> Shade:
@@ -92,10 +112,18 @@ def _texture(mesh: Mesh, face: npt.NDArray[np.int32], place: Shade, footprint_m:
     sideways = place[:, 1] * normal[:, 0] - place[:, 0] * normal[:, 1]
     up = place[:, 2]
     grain = cloud_tile(np.random.default_rng(7), 256, 1.1)
-    tile_m = np.where(surface == Surface.FOLIAGE, np.float32(14.0), np.float32(60.0))
-    column = (sideways + np.float32(0.7) * place[:, 0]) / tile_m * 256
-    row = (up * 3 + place[:, 1]) / tile_m * 256
-    speckle = np.clip(grain[row.astype(np.int32) % 256, column.astype(np.int32) % 256], -2, 2)
+    column = (sideways + np.float32(0.7) * place[:, 0]) * np.float32(256)
+    row = (up * 3 + place[:, 1]) * np.float32(256)
+
+    def grain_at(tile_m: float, where: npt.NDArray[np.bool_] | slice = slice(None)) -> Shade:
+        rows, columns = (
+            (way[where] / np.float32(tile_m)).astype(np.int32) % 256 for way in (row, column)
+        )
+        fade = np.clip(2 - footprint_m[where] * np.float32(12 / tile_m), 0.3, 1)
+        values: Shade = np.clip(grain[rows, columns], -2, 2) * fade
+        return values
+
+    speckle = grain_at(60.0)
     texture: Shade = 1 + np.float32(0.05) * speckle
     upright = np.abs(normal[:, 2]) < 0.3
 
@@ -114,7 +142,8 @@ def _texture(mesh: Mesh, face: npt.NDArray[np.int32], place: Shade, footprint_m:
     fade = np.clip(1.6 - 2.2 * footprint_m[where] / 3.0, 0, 1)
     texture[where] *= 1 + 0.22 * ribs * fade + 0.1 * speckle[where]
 
-    for kind, strength in ((Surface.FOLIAGE, 0.3), (Surface.GROUND, 0.14)):
-        where = surface == kind
-        texture[where] = 1 + np.float32(strength) * speckle[where]
+    where = surface == Surface.FOLIAGE
+    texture[where] = 1 + 0.26 * grain_at(14.0, where) + 0.24 * grain_at(3.5, where)
+    where = surface == Surface.GROUND
+    texture[where] = 1 + 0.14 * speckle[where] + 0.06 * grain_at(9.0, where)
     return texture

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from app.domain.camera import Camera
-from app.simulation.light import Light
 from app.simulation.mesh import Mesh, Shade
 from app.simulation.raster import Raster, Window, rasterise, window_of
 
@@ -61,24 +60,26 @@ def view_hulls(
     return views
 
 
-def paint_hull(canvas: Shade, view: HullView, light: Light, distance_m: float) -> None:
-    """Lay a hull's visible pixels over the canvas (h, w, 3), with soft edges."""
+def paint_hull(canvas: Shade, view: HullView, colours: Shade) -> None:
+    """Lay a hull's visible pixels over the canvas (h, w, 3), with soft edges.
+
+    `colours` (n, 3) are those of all its samples, row by row.
+    """
     if not view.visible.any():
         return
     per_px = view.raster.window.samples_per_px
     height, width = canvas.shape[:2]
     image = Window(0, 0, width * per_px, height * per_px, per_px)
     seen = _whole_pixels(view.raster.window.clipped(image), image)
-    table = light.on(view.mesh.normals(), view.mesh.colours)
-    clear = np.exp(-distance_m / light.weather.visibility_m)
-    table = (table * clear + light.haze * (1 - clear)).astype(np.float32)
     # The window grown to whole pixels may reach a sample beyond what was filled.
     colour = np.zeros((seen.height, seen.width, 3), dtype=np.float32)
     shown = np.zeros((seen.height, seen.width), dtype=np.float32)
     filled = view.raster.window.clipped(seen)
     source, target = filled.within(view.raster.window), filled.within(seen)
     visible = view.visible[source]
-    colour[target] = table[np.maximum(view.raster.face[source], 0)] * visible[..., None]
+    picture = np.zeros((*view.visible.shape, 3), dtype=np.float32)
+    picture[view.raster.mask] = colours
+    colour[target] = picture[source] * visible[..., None]
     shown[target] = visible
     size = (seen.width // per_px, seen.height // per_px)
     cover = cv2.resize(shown, size, interpolation=cv2.INTER_AREA)[..., None]
@@ -96,40 +97,3 @@ def _whole_pixels(window: Window, image: Window) -> Window:
     right = -(-(window.left + window.width) // per_px) * per_px
     bottom = -(-(window.top + window.height) // per_px) * per_px
     return Window(left, top, right - left, bottom - top, per_px).clipped(image)
-
-
-def mirrored(mesh: Mesh, water_level_m: float) -> Mesh:
-    """Return the mesh as still water would show it, faces turned to stay outward."""
-    vertices = mesh.vertices * (1.0, 1.0, -1.0) + (0.0, 0.0, 2 * water_level_m)
-    return Mesh(vertices, mesh.faces[:, ::-1].copy(), mesh.colours, mesh.surfaces)
-
-
-def paint_reflection(
-    canvas: Shade,
-    camera: Camera,
-    mesh: Mesh,
-    light: Light,
-    water_level_m: float,
-    open_water: npt.NDArray[np.bool_],
-) -> None:
-    """Darken and tint the water (h, w, 3) below a hull by its blurred mirror image.
-
-    `open_water` (h, w) is where water can be seen.
-    """
-    height, width = open_water.shape
-    still = mirrored(mesh, water_level_m)
-    # Waves stretch a mirror image: each hull's is smeared downwards over its own height.
-    window = window_of(camera, still, 1, Window(0, 0, width, height, 1))
-    if window.width < 2 or window.height < 2:
-        return
-    raster = rasterise(camera, still, window)
-    table = light.on(mesh.normals(), mesh.colours)
-    colour = table[np.maximum(raster.face, 0)] * raster.mask[..., None]
-    kernel = (1 | max(3, window.width // 90), 1 | max(3, window.height // 2))
-    cover = cv2.blur(raster.mask.astype(np.float32), kernel, borderType=cv2.BORDER_CONSTANT)
-    paint = cv2.blur(colour.astype(np.float32), kernel, borderType=cv2.BORDER_CONSTANT)
-    share = np.float32(0.5 - 0.028 * min(light.weather.wind_m_s, 10.0))
-    part = canvas[window.slices]
-    wet = open_water[window.slices][..., None]
-    mixed = part * (1 - share * cover[..., None]) + share * 0.55 * paint
-    part[:] = np.where(wet, mixed, part)

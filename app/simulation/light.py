@@ -33,10 +33,10 @@ class Weather:
 
 WEATHERS = (
     Weather("broken clouds", 0.55, 9000.0, 5.0),
-    Weather("overcast", 0.95, 6000.0, 4.0),
+    Weather("overcast", 0.95, 9000.0, 4.0),
     Weather("fair", 0.25, 14000.0, 3.0),
-    Weather("haze", 0.6, 2600.0, 2.5),
-    Weather("drizzle", 1.0, 2200.0, 7.0),
+    Weather("haze", 0.6, 2900.0, 2.5),
+    Weather("drizzle", 1.0, 2600.0, 7.0),
     Weather("fresh breeze", 0.4, 12000.0, 8.5),
 )
 
@@ -54,10 +54,20 @@ class Light:
 
     def on(self, normals: FloatArray, colours: Shade) -> Shade:
         """Return the colours (n, 3) of matt surfaces with outward normals (n, 3) in ENU."""
+        direct, around = self.parts_on(normals, colours)
+        return direct + around
+
+    def parts_on(self, normals: FloatArray, colours: Shade) -> tuple[Shade, Shade]:
+        """Return what sun and sky each add to the colours (n, 3) of matt surfaces."""
         direct = np.clip(normals @ self.to_sun_in_enu, 0, None)[:, None].astype(np.float32)
         up = ((1 + normals[:, 2]) / 2)[:, None].astype(np.float32)
-        around = 0.75 * (self.zenith * 0.6 + self.horizon * 0.4) * (0.35 + 0.65 * up)
-        return colours * (direct * self.sun + around + 0.08 * self.horizon * (1 - up))
+        around = 0.62 * (self.zenith * 0.6 + self.horizon * 0.4) * (0.35 + 0.65 * up)
+        return colours * direct * self.sun, colours * (around + 0.08 * self.horizon * (1 - up))
+
+    @property
+    def casts_shadows(self) -> bool:
+        """Whether the sun is strong enough beside the sky to draw shadows."""
+        return bool(self.sun.mean() > 0.2 * self.zenith.mean())
 
 
 def sun_position(place: Geodetic, moment: datetime) -> tuple[float, float]:
@@ -93,7 +103,7 @@ def light_at(place: Geodetic, moment: datetime, weather: Weather) -> Light:
     height = 0.35 + 0.65 * min(1.0, sin(elevation) / 0.6)
     cover = weather.cloud_cover
     gets_through = (1 - cover) ** 0.7 * (1 - 0.25 * cover)
-    sun = np.array([0.86 - 0.55 * warm, 0.94 - 0.3 * warm, 1.0]) * 1.25 * gets_through * height
+    sun = np.array([0.86 - 0.55 * warm, 0.94 - 0.3 * warm, 1.0]) * 1.55 * gets_through * height
     blue = np.array([0.60, 0.30, 0.13]) * (1 - 0.4 * warm)
     pale = np.array([0.86, 0.80, 0.74]) * (1 - warm) + np.array([0.50, 0.62, 0.80]) * warm
     grey = np.array([0.60, 0.58, 0.56])

@@ -11,15 +11,17 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from app.domain.arrays import UInt8Array
+from app.domain.arrays import FloatArray, UInt8Array
 from app.domain.camera import Camera
 from app.simulation.backdrop import Backdrop, build_backdrop
-from app.simulation.fleet_view import HullView, paint_hull, paint_reflection
+from app.simulation.fleet_view import HullView, paint_hull
 from app.simulation.light import Light
 from app.simulation.mesh import Mesh, Shade
+from app.simulation.mirror import mirror_of_land, paint_reflection
 from app.simulation.noise import cloud_tile, sampled
 from app.simulation.raster import Window
 from app.simulation.sightlines import sight_lines
+from app.simulation.skin import hull_colours
 from app.simulation.sky import paint_sky
 from app.simulation.wakes import Wake
 from app.simulation.water import WaterTextures, WaterView, paint_water
@@ -57,11 +59,28 @@ def samples_per_px(width_px: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class PlacedHull:
-    """A hull where it is: mesh in ENU, its distance in metres, and its wake when under way."""
+    """A hull where it is: mesh in ENU, distance, its ship's axes, and its wake when under way.
+
+    `R_enu_from_vessel` (3, 3) and `middle_in_enu_m` (3,) place the ship on the water.
+    """
 
     mesh: Mesh
     distance_m: float
+    R_enu_from_vessel: FloatArray
+    middle_in_enu_m: FloatArray
     wake: Wake | None
+
+
+@dataclass(frozen=True, eq=False)
+class _Still:
+    """What images of a session share: sky, land times its coverage, coverage, the land mirrored."""
+
+    scene: ViewportScene
+    light: Light
+    sky: Shade
+    land: Shade
+    cover: Shade
+    shore: tuple[Shade, Shade]
 
 
 @dataclass(eq=False)
@@ -71,9 +90,7 @@ class Painter:
     seed: int
     _textures: WaterTextures = field(init=False)
     _clouds: Shade = field(init=False)
-    _session: tuple[ViewportScene, Light, Shade, Shade, Shade] | None = field(
-        default=None, init=False
-    )
+    _session: "_Still | None" = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         rng = np.random.default_rng([self.seed, 11])
@@ -84,43 +101,57 @@ class Painter:
         self,
         scene: ViewportScene,
         light: Light,
-        water_level_m: float,
+        levels_m: tuple[float, float],
         time_s: float,
         hulls: Sequence[PlacedHull],
         views: Sequence[HullView],
     ) -> UInt8Array:
-        """Return the image (h, w, 3), BGR; `views` are the hulls' pixels in the same order."""
-        sky, land, cover = self._still(scene, light, water_level_m)
-        canvas = sky.copy()
+        """Return the image (h, w, 3), BGR; `views` are the hulls' pixels in the same order.
+
+        `levels_m` are the water levels of the moment and of the session: the land is lit once for
+        all images of a session, and no image may depend on which of them came first.
+        """
+        water_level_m, session_level_m = levels_m
+        still = self._still(scene, light, session_level_m)
+        canvas = still.sky.copy()
         row = scene.horizon_row
-        canvas[row:] = self._water(scene, light, water_level_m, time_s, hulls, cover)
-        open_water = cover < 0.02
+        water = self._water(scene, light, water_level_m, time_s, hulls, still)
+        # A camera that is not quite level sees sky beside water in the same row.
+        above = scene.sight[row:, :, 2:] >= 0
+        canvas[row:] = np.where(above, canvas[row:], water)
+        open_water = still.cover < 0.02
         open_water[:row] = False
         for hull in hulls:
             paint_reflection(canvas, scene.camera, hull.mesh, light, water_level_m, open_water)
-        canvas *= 1 - cover[..., None]
-        canvas += land
+        canvas *= 1 - still.cover[..., None]
+        canvas += still.land
         for i in sorted(range(len(hulls)), key=lambda i: -hulls[i].distance_m):
-            paint_hull(canvas, views[i], light, hulls[i].distance_m)
+            hull, view = hulls[i], views[i]
+            if view.visible.any():
+                colours = hull_colours(
+                    scene.camera, view, light, hull.R_enu_from_vessel, hull.middle_in_enu_m
+                )
+                paint_hull(canvas, view, colours)
         return _developed(
             canvas, light, np.random.default_rng([self.seed, int(time_s * 10) % 2**31])
         )
 
-    def _still(
-        self, scene: ViewportScene, light: Light, water_level_m: float
-    ) -> tuple[Shade, Shade, Shade]:
-        """Sky, land and the land's coverage; kept while viewport and light stay the same."""
+    def _still(self, scene: ViewportScene, light: Light, water_level_m: float) -> "_Still":
+        """Return what stands still; kept while viewport and light stay the same."""
         kept = self._session
-        if kept is None or kept[0] is not scene or kept[1] is not light:
+        if kept is None or kept.scene is not scene or kept.light is not light:
             rng = np.random.default_rng([self.seed, 12, len(light.weather.name)])
             drift = (float(rng.random()), float(rng.random()))
             sky = np.zeros_like(scene.sight)
-            row = min(scene.horizon_row + 40, len(sky))
+            row = min(scene.horizon_row + len(sky) // 12, len(sky))
             sky[:row] = paint_sky(light, scene.sight[:row], self._clouds, drift)
             land, cover = scene.backdrop.lit(light, water_level_m)
-            kept = (scene, light, sky, land, cover)
+            shore = mirror_of_land(
+                scene.camera, scene.backdrop.mesh, light, water_level_m, scene.sight
+            )
+            kept = _Still(scene, light, sky, land, cover, shore)
             self._session = kept
-        return kept[2], kept[3], kept[4]
+        return kept
 
     def _water(
         self,
@@ -129,7 +160,7 @@ class Painter:
         water_level_m: float,
         time_s: float,
         hulls: Sequence[PlacedHull],
-        cover: Shade,
+        still: "_Still",
     ) -> Shade:
         camera = scene.camera
         view = WaterView.of(
@@ -145,8 +176,9 @@ class Painter:
                 self._add_wake(
                     camera, scene.horizon_row, view, hull.wake, water_level_m, foam, slope
                 )
-        behind = _shore_behind_m(view, cover[scene.horizon_row :])
-        return paint_water(view, light, self._textures, time_s, slope, foam, behind)
+        row = scene.horizon_row
+        shore = (still.shore[0][row:], still.shore[1][row:])
+        return paint_water(view, light, self._textures, time_s, slope, foam, shore)
 
     def _add_wake(
         self,
@@ -177,26 +209,12 @@ class Painter:
         slope[rows, columns] += extra
 
 
-def _shore_behind_m(view: WaterView, cover: Shade) -> Shade:
-    """Return how far behind each point of water (h, w) the first land in its column is.
-
-    Where no land stands above it in the image, the shore is taken to be far away.
-    """
-    height = len(cover)
-    rows = np.arange(height, dtype=np.int32)[:, None]
-    # Piles and poles are too thin to darken the water: land must be wide.
-    wide = cv2.blur(cover, (1 | cover.shape[1] // 7, 1), borderType=cv2.BORDER_CONSTANT)
-    last_land = np.maximum.accumulate(np.where(wide > 0.4, rows, -1), axis=0)
-    shore = np.take_along_axis(view.distance_m, np.clip(last_land + 1, 0, height - 1), axis=0)
-    behind = np.where(last_land < 0, np.float32(5000.0), shore - view.distance_m)
-    return np.maximum(behind, np.float32(0.5))
-
-
 def _developed(linear: Shade, light: Light, rng: np.random.Generator) -> UInt8Array:
     """Expose, soften, add sensor noise and gamma: linear light to 8 bits."""
     middle = float(light.horizon.mean()) * 0.55 + float(light.sun.mean()) * 0.25
     linear = linear * np.float32(0.6 / max(0.12, middle))
-    soft = cv2.GaussianBlur(linear, (0, 0), 0.55)
+    # A single sample a pixel leaves steps along edges; a lens would not.
+    soft = cv2.GaussianBlur(linear, (0, 0), 0.55 if samples_per_px(linear.shape[1]) > 1 else 0.8)
     shoulder = soft / (1 + np.float32(0.18) * soft) * np.float32(1.12)
     screen = np.sqrt(np.clip(shoulder, 0, 1)) * 255
     grain = rng.standard_normal((256, 256), dtype=np.float32) * np.float32(1.7)

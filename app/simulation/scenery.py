@@ -14,6 +14,7 @@ import numpy as np
 
 from app.domain.arrays import FloatArray
 from app.simulation import structures
+from app.simulation.clutter import add_clutter
 from app.simulation.fittings import CONTAINERS
 from app.simulation.mesh import Mesh, MeshBuilder, Surface, rgb
 from app.simulation.structures import Point
@@ -51,6 +52,7 @@ def build_scenery(rng: np.random.Generator, view_azimuth_deg: float) -> Scenery:
     _add_land(builder)
     for part in (_left_bank, _right_bank, _background, _skyline, _near_quay, _in_the_water):
         marks.update(part(builder, rng))
+    add_clutter(builder, rng, LAND_M)  # last: it must not move what is drawn before
     to_enu = harbour_axes(view_azimuth_deg)
     return Scenery(
         builder.build().moved(to_enu, (0.0, 0.0, 0.0)),

@@ -26,11 +26,13 @@ _FIRST_MMSI = 211_200_000  # 211: Germany; 1,000 for each session
 class Session:
     """Some minutes in which images are taken.
 
-    `span_s` are seconds after the harbour's start; `viewport` counts from 0.
+    `span_s` are seconds after the harbour's start; `viewport` counts from 0; `water_level_m` is the
+    tide in its middle.
     """
 
     number: int
     span_s: tuple[float, float]
+    water_level_m: float
     viewport: int
     weather: Weather
     vessels: tuple[Vessel, ...]
@@ -47,6 +49,7 @@ def make_sessions(
         Session(
             number,
             span_s,
+            tide_m(seed, settings, sum(span_s) / 2),
             int(number >= half),
             WEATHERS[int(order[number % len(WEATHERS)])],
             make_vessels(

@@ -127,7 +127,8 @@ def container_ship(rng: np.random.Generator, fleet: Fleet) -> Plan:
     funnel = (-0.36 * length) if judging else house[0] - 3.4
     add_funnel(b, funnel, 0.0, 4.2, (deck, top + 1.5), (side, DARK))
     bays = (-0.3 * length, 0.28 * length) if judging else (house[1] + 2, 0.36 * length)
-    b.box(bays, (-beam * 0.44, beam * 0.44), (deck, deck + 1.4), rgb(104, 70, 56))
+    coaming = (bays[0], min(bays[1], 0.29 * length))  # farther forward the bow is too narrow
+    b.box(coaming, (-beam * 0.44, beam * 0.44), (deck, deck + 1.4), rgb(104, 70, 56))
     add_containers(b, rng, bays, beam * 0.47, deck + 1.4, (1, 4))
     add_mast(b, 0.45 * length, (deck + 3, deck + 13), 0.45, CREAM, yards=(0.7,))
     for y in (-beam * 0.38, beam * 0.38):

@@ -73,10 +73,19 @@ class Stage:
             away = placed.middle_in_enu_m - scene.camera.center_in_world
             for number, view in enumerate(parts):
                 wake = None if number else _wake(placed)
-                hulls.append(PlacedHull(view.mesh, float(np.linalg.norm(away)), wake))
+                hulls.append(
+                    PlacedHull(
+                        view.mesh,
+                        float(np.linalg.norm(away)),
+                        placed.R_enu_from_vessel,
+                        placed.middle_in_enu_m,
+                        wake,
+                    )
+                )
                 views.append(view)
         light = self._light(moment.session)
-        return self.painter.paint(scene, light, moment.water_level_m, moment.time_s, hulls, views)
+        levels = (moment.water_level_m, moment.session.water_level_m)
+        return self.painter.paint(scene, light, levels, moment.time_s, hulls, views)
 
     def _light(self, session: Session) -> Light:
         """One light a session: the sun moves two degrees in its minutes."""

@@ -171,9 +171,16 @@ def add_tree(builder: MeshBuilder, rng: np.random.Generator, foot: Point, height
         _add_lump(builder, rng, middle, float(rng.uniform(0.15, 0.24)) * height_m, leaf)
 
 
-def add_bush(builder: MeshBuilder, rng: np.random.Generator, foot: Point, size_m: float) -> None:
-    """Add a bush that sits on the ground."""
-    leaf = LEAVES[int(rng.integers(len(LEAVES)))]
+def add_bush(
+    builder: MeshBuilder,
+    rng: np.random.Generator,
+    foot: Point,
+    size_m: float,
+    *,
+    colour: Colour | None = None,
+) -> None:
+    """Add a bush that sits on the ground; without a colour it is one of the leaves'."""
+    leaf = colour or LEAVES[int(rng.integers(len(LEAVES)))]
     middle = np.array([foot[0], foot[1], foot[2] + 0.25 * size_m])
     _add_lump(builder, rng, middle, size_m / 2, leaf, flatten=0.7)
 

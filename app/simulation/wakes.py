@@ -47,7 +47,8 @@ class Wake:
         ahead = dx * self.heading[0] + dy * self.heading[1]
         aside = np.abs(dy * self.heading[0] - dx * self.heading[1])
         half_length, half_width = self.length_m / 2, self.width_m / 2
-        vigour = np.float32(min(1.0, self.speed_m_s / 5.0))
+        heft = float(np.clip(self.length_m / 26.0, 0.4, 1.0))
+        vigour = np.float32(min(1.0, self.speed_m_s / 5.0) * heft)
         astern = np.maximum(-ahead - half_length, 0)
         lane = half_width * (0.75 + 0.12 * np.sqrt(astern / max(half_width, 1)))
         fade = np.exp(-astern / (0.45 * self.reach_m))
@@ -62,8 +63,11 @@ class Wake:
         bow = np.exp(-((arm / width) ** 2)) * bow_fade * (ahead < half_length + 0.5)
         alongside = np.exp(-((np.maximum(aside - half_width, 0) / 0.9) ** 2))
         alongside *= (np.abs(ahead) < half_length) * 0.5
-        frayed = np.clip(0.62 + 0.42 * lace, 0, 1)
-        foam = np.clip(churned * 1.2 + bow * 1.6 + alongside, 0, 1) * frayed * vigour
+        frayed = np.clip(0.6 + 0.5 * lace, 0, 1)
+        rim = np.exp(-(((aside - 0.9 * lane) / (0.3 * lane)) ** 2)) * fade * (astern > 0)
+        near = np.exp(-astern / (0.6 * self.length_m + 8)) * (astern > 0)
+        foam = churned * (0.75 + 1.1 * near) + 0.55 * rim + bow * 2.0 + alongside * 1.3
+        foam = np.clip(foam, 0, 1.15) * frayed * (0.1 + 0.9 * vigour)
         swell = (
             np.exp(-((arm / (width * 2.5)) ** 2))
             * np.sin(arm / width)

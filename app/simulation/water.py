@@ -18,7 +18,7 @@ from app.simulation.noise import cloud_tile, sampled, wave_slopes
 from app.simulation.sky import sky_colour
 
 _BANDS_M = (0.45, 1.2, 3.0, 7.5, 18.0, 45.0)
-_SHARES = (0.6, 0.62, 0.5, 0.34, 0.17, 0.08)
+_SHARES = (0.62, 0.56, 0.42, 0.26, 0.12, 0.06)
 _CRESTS = 27.0
 
 
@@ -69,11 +69,11 @@ def paint_water(
     time_s: float,
     extra_slope: Shade | None,
     foam: Shade | None,
-    shore_m: Shade,
+    shore: tuple[Shade, Shade],
 ) -> Shade:
     """Return linear colours (h, w, 3).
 
-    `shore_m` is how far the opposite shore is behind each point: it shades what is mirrored.
+    `shore` is the mirror image of the land: colour times coverage (h, w, 3), coverage (h, w).
     """
     slope_x, slope_y, rough = _slopes(view, light, textures, time_s)
     if extra_slope is not None:
@@ -82,12 +82,11 @@ def paint_water(
     length = 1 / np.sqrt(1 + slope_x**2 + slope_y**2)
     facing = (sight[..., 2] - sight[..., 0] * slope_x - sight[..., 1] * slope_y) * length
     mirrored_up = sight[..., 2] - 2 * facing * length
-    cosine = np.clip(np.sqrt(np.maximum(-facing, 0) ** 2 + (0.6 * rough) ** 2), 0, 1)
+    cosine = np.clip(np.sqrt(np.maximum(-facing, 0) ** 2 + (1.1 * rough) ** 2), 0, 1)
     fresnel = (0.02 + 0.98 * (1 - cosine) ** 5)[..., None]
-    lifted = np.clip(np.abs(mirrored_up) + 0.9 * rough, 0.01, 1)
+    lifted = np.clip(np.abs(mirrored_up) + 1.3 * rough, 0.01, 1)
     mirrored = sky_colour(light, lifted)
-    dark = 1 / (1 + np.exp(np.clip((lifted * shore_m - 8.0) / 4.0, -30, 30)))
-    mirrored *= (1 - 0.62 * dark)[..., None]
+    mirrored = mirrored * (1 - shore[1][..., None]) + shore[0]
     body = _body_colour(light)
     colour = mirrored * fresnel + body * (1 - fresnel)
     colour += (
@@ -106,7 +105,7 @@ def _slopes(
 ) -> tuple[Shade, Shade, Shade]:
     """Return slopes along ENU x and y, and the deviation of those too fine to be seen."""
     wind = light.weather.wind_m_s
-    strength = 0.62 * sqrt(0.003 + 0.00512 * wind)
+    strength = 0.5 * sqrt(0.003 + 0.00512 * wind)
     to = radians(light.weather.wind_to_deg)
     along, across = (sin(to), cos(to)), (cos(to), -sin(to))
     down = view.x_m * along[0] + view.y_m * along[1]

@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from inspect import signature
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import sqlalchemy as sa
 from app.config import Settings
 from app.db import Database
 from app.operation import harbour_site
+from app.operation.commands import demo as demo_command
 from app.operation.harbour_site import DETECTOR_NAME, HarbourChoice
 from app.simulation import DETECTOR_FILE
 from app.storage import Storage
@@ -78,6 +80,17 @@ def test_a_second_demo_makes_nothing_twice(demo_folder: Path) -> None:
     assert count(demo_folder, Image, VesselTruth, Model, DetectionSet, Run) == before
     figures = [[line for line in text.splitlines() if "error" in line] for text in (first, again)]
     assert figures[0] == figures[1]
+
+
+def test_the_commands_defaults_are_the_harbour_called_demo_harbour() -> None:
+    """`quaymark demo` without options makes the harbour whose name has no numbers."""
+    defaults = {
+        name: parameter.default for name, parameter in signature(demo_command).parameters.items()
+    }
+    width_px, _, height_px = str(defaults["size"]).partition("x")
+    choice = HarbourChoice(defaults["seed"], defaults["images"], int(width_px), int(height_px))
+
+    assert choice.site_name == "Demo harbour"
 
 
 def test_an_interrupted_start_is_continued(database: Database, settings: Settings) -> None:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from app.domain.camera import Camera
-from app.simulation.fleet_view import mirrored, view_hulls
+from app.simulation.fleet_view import view_hulls
 from app.simulation.mesh import Mesh
+from app.simulation.mirror import mirrored
 from app.simulation.ships import ShipType, build_ship
 from app.simulation.viewports import looking, make_intrinsics
 

@@ -28,6 +28,16 @@ def test_an_image_does_not_depend_on_those_before_it(harbour: Harbour) -> None:
     assert np.array_equal(copied.frames[9].render(), again.frames[9].render())
 
 
+def test_images_of_a_session_may_be_rendered_in_any_order() -> None:
+    """What a session's images share is the same whichever of them came first."""
+    one, two = (make_harbour(11, image_count=3, width_px=320, height_px=240) for _ in range(2))
+    forwards = [frame.render() for frame in one.frames]
+    backwards = [frame.render() for frame in reversed(two.frames)][::-1]
+    assert one.frames[0].water_level_m != one.frames[2].water_level_m
+    for a, b in zip(forwards, backwards, strict=True):
+        assert np.array_equal(a, b)
+
+
 def test_another_seed_gives_another_harbour(harbour: Harbour) -> None:
     """Nothing important is constant."""
     other = make_harbour(8, image_count=2, width_px=320, height_px=240)
