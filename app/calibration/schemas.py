@@ -83,7 +83,7 @@ class CalibrationOut(BaseModel):
     def of(cls, row: CameraCalibration, *, is_active: bool) -> Self:
         """Show a row."""
         lens = row.intrinsics
-        made = {"columns", "rows", "intrinsics", "is_active"}
+        made = {"columns", "rows", "intrinsics", "is_active", "photos"}
         return cls(
             columns=row.corner_columns,
             rows=row.corner_rows,

@@ -19,6 +19,7 @@ from app.imagery.schemas import file_url, preview_url
 from app.paging import Paging
 from app.registration import service as registration
 from app.registration.overview import lines_of
+from app.reregistration import service as reregistration
 from app.sites import actions as sites
 from app.sites.fields import in_zone
 from app.tables.imagery import Image
@@ -74,6 +75,8 @@ def show_camera(
         matching=service.count_images(session, wanted),
         coverage=chart(service.hourly_counts(session, camera.id)),
         lines=lines_of(session, viewports),
+        movements=reregistration.movements(session, [viewport.id for viewport in viewports]),
+        waiting=reregistration.waiting(session, camera.id),
         form=form,
         is_filtered=bool(kept),
         next_href=f"{here}?{urlencode(kept | more)}" if more else "",

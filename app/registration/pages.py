@@ -24,6 +24,7 @@ from app.registration.schemas import (
     ViewportIn,
     ViewportPatch,
 )
+from app.reregistration import service as reregistration
 from app.sites import actions as sites
 from app.tables.registration import Registration, RegistrationMethod
 from app.tables.sites import Camera, Viewport
@@ -257,6 +258,7 @@ def _viewport_page(
         given_form=given_form or Form(),
         may_register=access.may(Scope.REGISTER, viewport.camera.site_id),
         may_ingest=access.may(Scope.INGEST, viewport.camera.site_id),
+        movements=reregistration.movements(session, [viewport.id]),
     )
 
 

@@ -1,6 +1,6 @@
 """The SQL of re-registrations: what is asked, what came of the images, what is proposed."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 from typing import Any
 
@@ -285,16 +285,16 @@ def keypoints(session: Session, viewport_id: int) -> Sequence[Keypoint]:
     ).all()
 
 
-def waiting_pointings(session: Session, camera_ids: Iterable[int]) -> Mapping[int, int]:
-    """Count, by camera, the pointings nobody has decided on."""
-    rows = session.execute(
-        sa.select(Viewport.camera_id, sa.func.count())
-        .join(Reregistration, Reregistration.viewport_id == Viewport.id)
-        .join(Pointing, Pointing.reregistration_id == Reregistration.id)
-        .where(Viewport.camera_id.in_(list(camera_ids)), Pointing.state == PointingState.PROPOSED)
-        .group_by(Viewport.camera_id)
-    )
-    return {row[0]: row[1] for row in rows}
+def waiting_pointings(session: Session, camera_id: int) -> tuple[int, int | None]:
+    """Count a camera's pointings nobody has decided on; with the newest re-registration of them."""
+    row = session.execute(
+        sa.select(sa.func.count(), sa.func.max(Reregistration.id))
+        .select_from(Pointing)
+        .join(Reregistration, Pointing.reregistration_id == Reregistration.id)
+        .join(Viewport, Reregistration.viewport_id == Viewport.id)
+        .where(Viewport.camera_id == camera_id, Pointing.state == PointingState.PROPOSED)
+    ).one()
+    return row[0], row[1]
 
 
 def moved(

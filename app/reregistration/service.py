@@ -203,6 +203,6 @@ def movements(session: Session, viewport_ids: Sequence[int]) -> list[Movement]:
     return [Movement(row) for row in repository.moved(session, viewport_ids, MOVEMENT_ALARM_DEG)]
 
 
-def waiting(session: Session, camera_id: int) -> int:
-    """Count the pointings of a camera that nobody has decided on."""
-    return repository.waiting_pointings(session, [camera_id]).get(camera_id, 0)
+def waiting(session: Session, camera_id: int) -> tuple[int, int | None]:
+    """Count a camera's undecided pointings; with the newest re-registration that has some."""
+    return repository.waiting_pointings(session, camera_id)

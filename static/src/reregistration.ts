@@ -33,6 +33,8 @@ interface Drawn {
 
 type Look = "before" | "after";
 
+const CONTROLS = "input, select, button, a, summary";
+
 for (const element of document.querySelectorAll<HTMLElement>("[data-reregistration]")) {
   if (element.dataset["ended"] !== "true") {
     void follow(element);
@@ -159,11 +161,14 @@ function flick(element: HTMLElement): void {
     });
   }
   document.addEventListener("keydown", (event) => {
-    if (isElsewhere(event)) {
+    if (event.ctrlKey || event.altKey || event.metaKey || isTyping(event.target)) {
       return;
     }
+    const onControl = event.target instanceof Element && event.target.closest(CONTROLS) !== null;
     if (event.code === "KeyB" && !event.repeat) {
       choose(chosen === "after" ? "before" : "after");
+    } else if (onControl) {
+      return; // Space presses a button, arrows move a slider
     } else if (event.code === "Space") {
       show("before");
     } else if (!keys.handle(event)) {
@@ -180,14 +185,9 @@ function flick(element: HTMLElement): void {
   blend();
 }
 
-/** Keys with a modifier are the browser's; keys in a field or on a control are that one's. */
-function isElsewhere(event: KeyboardEvent): boolean {
-  const target = event.target;
+function isTyping(target: EventTarget | null): boolean {
   return (
-    event.ctrlKey ||
-    event.altKey ||
-    event.metaKey ||
-    (target instanceof HTMLElement &&
-      target.closest("input, textarea, select, button, a, summary") !== null)
+    target instanceof HTMLTextAreaElement ||
+    (target instanceof HTMLInputElement && target.type !== "range" && target.type !== "checkbox")
   );
 }
