@@ -18,7 +18,8 @@ from app.imagery.repository import ImageFilter
 from app.imagery.schemas import file_url, preview_url
 from app.paging import Paging
 from app.registration import service as registration
-from app.registration.overview import lines_of
+from app.registration.overview import NO_IMAGES, lines_of
+from app.registration.timeline import draw as draw_timeline
 from app.reregistration import service as reregistration
 from app.sites import actions as sites
 from app.sites.fields import in_zone
@@ -60,6 +61,9 @@ def show_camera(
     viewports, _ = registration.list_viewports(
         session, access.site_ids(Scope.READ), EVERY_VIEWPORT, camera_id=camera.id
     )
+    lines = lines_of(session, viewports)
+    spans = service.spans_of_cameras(session, [camera.id])
+    total = service.count_images(session, ImageFilter(camera_id=camera.id))
     here = f"/cameras/{camera.id}"
     kept = {name: value for name, value in entered.items() if value}
     shown = images[:IMAGES_SHOWN]
@@ -71,10 +75,12 @@ def show_camera(
         camera=camera,
         site=camera.site,
         images=[(image, preview_url(image, THUMBNAIL_PX)) for image in shown],
-        total=service.count_images(session, ImageFilter(camera_id=camera.id)),
+        total=total,
         matching=service.count_images(session, wanted),
         coverage=chart(service.hourly_counts(session, camera.id)),
-        lines=lines_of(session, viewports),
+        lines=lines,
+        timeline=draw_timeline(lines, spans.get(camera.id, NO_IMAGES)),
+        unassigned=total - sum(line.images.count for line in lines),
         movements=reregistration.movements(session, [viewport.id for viewport in viewports]),
         waiting=reregistration.waiting(session, camera.id),
         form=form,

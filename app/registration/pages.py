@@ -25,6 +25,7 @@ from app.registration.schemas import (
     ViewportPatch,
 )
 from app.reregistration import service as reregistration
+from app.runs import service as runs
 from app.sites import actions as sites
 from app.tables.registration import Registration, RegistrationMethod
 from app.tables.sites import Camera, Viewport
@@ -249,6 +250,7 @@ def _viewport_page(
         line=line,
         current=current,
         rows=rows,
+        stale_runs=runs.stale_runs(session, viewport.id),
         solutions=[
             (METHOD_NAMES[found.method], RegistrationOut.of(found), quality_of(found))
             for found in _best_first(service.newest_by_method(session, viewport.id))

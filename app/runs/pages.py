@@ -92,6 +92,17 @@ def start_run(
     return RedirectResponse(f"/runs/{run.id}", status_code=303)
 
 
+@router.post("/runs/{run_id}/again")
+def start_again(run_id: int, database: DatabaseDep, jobs: JobsDep, access: Operator) -> Response:
+    """Start the same run anew on the newest registration and show it."""
+    with database.writing() as session:
+        old = service.get_run(session, run_id)
+        access.require(Scope.INGEST, old.site_id)
+        run = service.start_again(session, jobs, old, user_id=access.user_id)
+        record(session, access, "start", "run", run.id, site_id=run.site_id, like=old.id)
+    return RedirectResponse(f"/runs/{run.id}", status_code=303)
+
+
 def _value(text: str) -> object:
     try:
         return json.loads(text)

@@ -79,6 +79,25 @@ def latest_registration(session: Session, viewport_id: int) -> Registration | No
     ).first()
 
 
+def newest_registration_ids(session: Session, viewport_ids: Iterable[int]) -> dict[int, int]:
+    """Return, by viewport, the newest registration that gives a camera pose."""
+    rows = session.execute(
+        sa.select(Registration.viewport_id, sa.func.max(Registration.id))
+        .where(
+            Registration.viewport_id.in_(set(viewport_ids)), Registration.method.in_(POSE_METHODS)
+        )
+        .group_by(Registration.viewport_id)
+    )
+    return {row[0]: row[1] for row in rows}
+
+
+def of_viewport(session: Session, viewport_id: int) -> Sequence[Run]:
+    """Return a viewport's runs, newest first."""
+    return session.scalars(
+        sa.select(Run).where(Run.viewport_id == viewport_id).order_by(Run.id.desc())
+    ).all()
+
+
 def ready_model(session: Session, name: str | None) -> Model | None:
     """Return the ready detector with a name, or the newest; imported boxes only if named."""
     statement = sa.select(Model).where(Model.status == ModelStatus.READY)

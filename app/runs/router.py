@@ -93,6 +93,19 @@ def cancel_run(run_id: int, database: DatabaseDep, jobs: JobsDep, access: Operat
         return _shown(session, service.get_run(session, run_id))
 
 
+@router.post("/runs/{run_id}/again", status_code=201)
+def start_again(
+    run_id: int, session: SessionDep, jobs: JobsDep, access: Operator, response: Response
+) -> RunOut:
+    """Start the same run anew on the newest registration; detections are used again."""
+    old = service.get_run(session, run_id)
+    access.require(Scope.INGEST, old.site_id)
+    run = service.start_again(session, jobs, old, user_id=access.user_id)
+    record(session, access, "start", "run", run.id, site_id=run.site_id, like=old.id)
+    response.headers["Location"] = f"/api/v1/runs/{run.id}"
+    return RunOut.of(run, service.progress(session, run))
+
+
 def _shown(session: Session, run: Run) -> RunOut:
     return RunOut.of(run, service.progress(session, run), service.image_errors(session, run.id))
 

@@ -67,6 +67,9 @@ class RunOut(BaseModel):
     detections: int
     matches: int
     poses: int
+    is_stale: Annotated[
+        bool, Field(description="Its viewport was registered anew since; start it again")
+    ]
     created_at: datetime
     started_at: datetime | None
     finished_at: datetime | None
@@ -99,6 +102,7 @@ class RunOut(BaseModel):
             detections=progress.detections,
             matches=progress.matches,
             poses=progress.poses,
+            is_stale=progress.is_stale,
             created_at=run.created_at,
             started_at=run.started_at,
             finished_at=run.finished_at,

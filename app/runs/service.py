@@ -28,7 +28,10 @@ ENDED = frozenset({RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.CANCELLED})
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a run is, with its rate and what remains; None where it cannot be told."""
+    """How far a run is, with its rate and what remains; None where it cannot be told.
+
+    `is_stale` says that its viewport was registered anew since: its poses stay as they are.
+    """
 
     status: RunStatus
     images_done: int
@@ -39,6 +42,7 @@ class Progress:
     detections: int
     matches: int
     poses: int
+    is_stale: bool
 
 
 def start_run(
@@ -86,6 +90,33 @@ def start_run(
         raise _not_ready("the viewport has no images yet: upload some first (POST /api/v1/images)")
     jobs.enqueue(session, RUN_JOB, run.id, queue=JobQueue.RUNS, job_id=run.workflow_id)
     return run
+
+
+def start_again(session: Session, jobs: JobClient, run: Run, *, user_id: int | None = None) -> Run:
+    """Start a run like another one, on the newest registration and the present images.
+
+    What the detector found before is used again. Raises as `start_run`.
+    """
+    return start_run(
+        session,
+        jobs,
+        viewport_id=run.viewport_id,
+        detector=run.model.name,
+        preset=run.preset,
+        parameters=run.parameters,
+        name=run.name,
+        user_id=user_id,
+    )
+
+
+def stale_runs(session: Session, viewport_id: int) -> list[Run]:
+    """Return a viewport's runs that rest on an older registration than its newest, newest first."""
+    newest = repository.newest_registration_ids(session, [viewport_id]).get(viewport_id)
+    return [
+        run
+        for run in repository.of_viewport(session, viewport_id)
+        if newest is not None and run.registration_id != newest
+    ]
 
 
 def _not_ready(reason: str) -> Conflict:
@@ -170,10 +201,14 @@ def progress(session: Session, run: Run) -> Progress:
 def with_progress(session: Session, runs: Sequence[Run]) -> list[tuple[Run, Progress]]:
     """Tell of each run how far it is, with as many queries for many as for one."""
     counts = repository.counts(session, [run.id for run in runs])
-    return [(run, _progress(run, counts[run.id])) for run in runs]
+    newest = repository.newest_registration_ids(session, [run.viewport_id for run in runs])
+    return [
+        (run, _progress(run, counts[run.id], newest.get(run.viewport_id, run.registration_id)))
+        for run in runs
+    ]
 
 
-def _progress(run: Run, counts: repository.Counts) -> Progress:
+def _progress(run: Run, counts: repository.Counts, newest_registration_id: int) -> Progress:
     rate = _rate_per_s(run, counts.images_done, counts.last_done_at)
     left = run.image_count - counts.images_done
     return Progress(
@@ -186,6 +221,7 @@ def _progress(run: Run, counts: repository.Counts) -> Progress:
         detections=counts.detections,
         matches=counts.matches,
         poses=counts.poses,
+        is_stale=newest_registration_id != run.registration_id,
     )
 
 
