@@ -102,7 +102,7 @@ def test_drawings_stand_where_the_numbers_say(review: ReviewPage, poses: Poses) 
         expect_drawn_at(review, shown_pose(review, poses))
         scales.add(round(review.geometry()["scale"], 1))
     assert len(scales) >= 4
-    assert max(scales) > 5 * min(scales)
+    assert max(scales) > 2 * min(scales)
     review.press("0")
     for _ in range(5):
         review.press("j")

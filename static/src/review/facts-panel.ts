@@ -41,9 +41,10 @@ export class FactsPanel {
   }
 
   private showImage(image: Pose["image"]): void {
+    const there = localTime(image.captured_at, this.timeZone);
     fill(part(this.root, "image-facts"), [
       ["Taken", utc(image.captured_at)],
-      ["Local time", localTime(image.captured_at, this.timeZone)],
+      ...(this.timeZone === "UTC" ? [] : [["Local time", there] as const]),
       ["File", image.file_name],
     ]);
     part(this.root, "image-link").setAttribute("href", image.file_url);
