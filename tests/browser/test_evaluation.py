@@ -6,6 +6,7 @@ import httpx2
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.browser.axe import findings
 from tests.browser.conftest import MakeRun
 
 
@@ -61,3 +62,18 @@ def test_practice_goes_by_keys_alone(page: Page, api: httpx2.Client, run_id: int
         page.keyboard.press("Enter")
     expect(page.get_by_role("heading", name="Attempt 1")).to_be_visible()
     expect(page.locator("main")).to_contain_text(f"{made.json()['poses']} answered")
+
+
+def test_axe_finds_nothing(page: Page, run_id: int) -> None:
+    """Figures, tables, drawings and the guideline have names, contrast and an order."""
+    ask = f"?run_id={run_id}"
+    for path in (
+        f"/evaluation{ask}",
+        f"/evaluation/progress{ask}",
+        f"/evaluation/reviews{ask}&by=range",
+        f"/evaluation/matching{ask}",
+        "/guideline",
+        "/calibration-sets",
+    ):
+        page.goto(path)
+        assert findings(page) == [], path
