@@ -24,7 +24,7 @@ POSES = 3753
 ALONE = 300
 CLIENTS = 4
 EACH_S = 8.0
-PEER = {"next": 31.0, "submit": 50.0, "list": 314.0, "export": 5300.0}
+PEER = {"next": 31.0, "lease": 31.0, "submit": 50.0, "list": 314.0, "export": 5300.0}
 PEER_RATE_OF_FOUR = 19.0
 
 
@@ -49,9 +49,12 @@ def main() -> None:
 def _alone(bench: Workbench, run_id: int, ids: list[int]) -> dict[str, float]:
     ungraded = {"run_id": run_id, "grade": "ungraded", "limit": 1}
     bare = BareCommits(bench.settings)
-    nexts, submits, commits = [], [], []
+    nexts, leases, submits, commits = [], [], [], []
     with bench.client() as client:
+        queue = client.post("/api/v1/review-queues", json={"run_id": run_id}).json()
+        lease = f"/api/v1/review-queues/{queue['id']}/next"
         for pose_id in ids[:ALONE]:
+            leases.append(taken_ms(lambda: client.post(lease)))
             nexts.append(taken_ms(lambda: client.get("/api/v1/poses", params=ungraded)))
             submits.append(taken_ms(lambda pose_id=pose_id: _submit(client, pose_id)))
             commits.append(taken_ms(bare.commit_one))
@@ -60,12 +63,14 @@ def _alone(bench: Workbench, run_id: int, ids: list[int]) -> dict[str, float]:
             for _ in range(20)
         ]
     bare.close()
-    show("next", nexts)
+    show("next (listed)", nexts)
+    show("next (leased from a queue, durable)", leases)
     show("submit (durable)", submits)
     show("bare commit of one row", commits)
     show("list of 100", listed)
     return {
         "next": statistics.median(nexts),
+        "lease": statistics.median(leases),
         "submit": statistics.median(submits),
         "list": statistics.median(listed),
     }
