@@ -11,6 +11,13 @@ describe("placeLabels", () => {
     expect(placeLabels(crowd, 1000)).toEqual(["left", null, "right"]);
   });
 
+  it("writes over minor marks, but not the other way round", () => {
+    const major = { x: 200, y: 50, width: 60 };
+    const minor = { x: 262, y: 50, width: 60, isMinor: true };
+    expect(placeLabels([major, minor], 1000)).toEqual(["right", "right"]);
+    expect(placeLabels([minor, { ...major, x: 290 }], 1000)).toEqual(["left", "right"]);
+  });
+
   it("stays on the screen", () => {
     expect(placeLabels([{ x: 380, y: 50, width: 60 }], 400)).toEqual(["left"]);
   });

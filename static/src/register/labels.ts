@@ -8,6 +8,8 @@ export interface Label {
   readonly x: number;
   readonly y: number;
   readonly width: number;
+  /** A mark that others may write over. */
+  readonly isMinor?: boolean;
 }
 
 interface Box {
@@ -32,7 +34,9 @@ export function placeLabels(labels: readonly Label[], room: number): Side[] {
   return labels.map((label, own) => {
     for (const side of ["right", "left"] as const) {
       const box = boxOf(label, side);
-      const isFree = taken.every((other, index) => index === own || !overlap(box, other));
+      const gives = (index: number): boolean =>
+        index === own || (label.isMinor !== true && labels[index]?.isMinor === true);
+      const isFree = taken.every((other, index) => gives(index) || !overlap(box, other));
       if (isFree && box.x1 >= 0 && box.x2 <= room) {
         taken.push(box);
         return side;

@@ -141,6 +141,7 @@ export class RegisterScreen {
         editor.redo();
         break;
       case "save":
+        clearFlashes();
         void this.saver.save();
         break;
       case "register":
@@ -238,6 +239,7 @@ export class RegisterScreen {
 
   private async register(): Promise<void> {
     const { editor, api } = this;
+    clearFlashes();
     if (!editor.mayEdit || (editor.isChanged && !(await this.saver.save()))) {
       return;
     }
@@ -332,6 +334,11 @@ function actionOfButton(name: string): Action | null {
     default:
       return null;
   }
+}
+
+/** What was said of the last attempt no longer holds. */
+function clearFlashes(): void {
+  document.querySelector("[data-flashes]")?.replaceChildren();
 }
 
 function tilesOf(root: HTMLElement): { url: string; attribution: string } | null {

@@ -11,6 +11,7 @@ import { Viewer } from "../../viewer/viewer";
 import type { ImageJson } from "../api";
 import type { Editor } from "../editor";
 import { Loupe } from "./loupe";
+import { NameLayout } from "./name-layout";
 import { PointGestures } from "./point-gestures";
 import { PointLayer } from "./point-layer";
 import { ProjectionLayer, type Projected } from "./projection-layer";
@@ -47,7 +48,8 @@ export class ImagePane {
         editor.select(key);
       }
     });
-    for (const layer of [this.water, this.residuals, this.projections, this.points]) {
+    const names = new NameLayout((view) => [...this.points.names(view), ...this.projections.names(view)]);
+    for (const layer of [this.water, this.residuals, this.projections, this.points, names]) {
       this.viewer.add(layer);
     }
     const pick = (key: string): void => {

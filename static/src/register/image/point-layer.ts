@@ -8,8 +8,8 @@ import { number } from "../../format";
 import { toScreen, type View } from "../../viewer/view";
 import type { Overlay } from "../../viewer/viewer";
 import type { Editor } from "../editor";
-import { placeLabels, widthOf } from "../labels";
 import type { Point, Role } from "../model/point";
+import type { NamedMark } from "./name-layout";
 import { svgElement } from "./svg";
 
 const RADIUS = 8;
@@ -47,22 +47,17 @@ export class PointLayer implements Overlay {
     for (const point of shown) {
       this.place(this.marks.get(point.key) ?? this.make(point.key), point, view);
     }
-    this.writeNames(shown, view);
   }
 
-  /** The selected name first, then in order; a hidden name comes with the pointer or the focus. */
-  private writeNames(points: readonly Point[], view: View): void {
-    const ranked = [...points].sort((a, b) => this.rank(a) - this.rank(b));
-    const labels = ranked.map(({ pixel, name }) => {
-      const [x, y] = toScreen(view, pixel ?? [0, 0]);
-      return { x, y, width: widthOf(name) };
-    });
-    const sides = placeLabels(labels, this.group?.ownerSVGElement?.clientWidth ?? Infinity);
-    ranked.forEach(({ key }, index) => {
-      const [mark, side] = [this.marks.get(key), sides[index] ?? null];
-      mark?.group.classList.toggle("is-nameless", side === null);
-      mark?.label.setAttribute("text-anchor", side === "left" ? "end" : "start");
-      mark?.label.setAttribute("x", String(side === "left" ? -RADIUS - 5 : RADIUS + 5));
+  names(view: View): NamedMark[] {
+    return this.editor.points.flatMap((point) => {
+      const mark = this.marks.get(point.key);
+      if (mark === undefined || point.pixel === null) {
+        return [];
+      }
+      const [x, y] = toScreen(view, point.pixel);
+      const { group, label } = mark;
+      return [{ group, label, name: point.name, x, y, gap: RADIUS + 5, rank: this.rank(point) }];
     });
   }
 

@@ -8,6 +8,7 @@ import { toScreen, type View } from "../../viewer/view";
 import type { Overlay } from "../../viewer/viewer";
 import type { Editor } from "../editor";
 import type { Landmark } from "../model/point";
+import { PROJECTED, type NamedMark } from "./name-layout";
 import { svgElement } from "./svg";
 
 export interface Projected {
@@ -18,6 +19,7 @@ export interface Projected {
 export class ProjectionLayer implements Overlay {
   readonly hasControls = true;
   isShown = true;
+  private shown: readonly Projected[] = [];
   private group: SVGGElement | null = null;
   private readonly placed = svgElement("path", "register-projected is-placed");
   private readonly placedCasing = svgElement("path", "register-projected__casing");
@@ -48,6 +50,17 @@ export class ProjectionLayer implements Overlay {
       });
   }
 
+  names(view: View): NamedMark[] {
+    return this.shown.flatMap(({ landmark, pixel }) => {
+      const group = this.others.get(landmark.id);
+      const label = group?.querySelector("text") ?? null;
+      const [x, y] = toScreen(view, pixel);
+      return group === undefined || label === null
+        ? []
+        : [{ group, label, name: landmark.name, x, y, gap: 12, rank: PROJECTED }];
+    });
+  }
+
   draw(view: View): void {
     const { figures, points } = this.editor;
     let rings = "";
@@ -60,7 +73,8 @@ export class ProjectionLayer implements Overlay {
     }
     this.placed.setAttribute("d", rings);
     this.placedCasing.setAttribute("d", rings);
-    this.drawCandidates(this.isShown ? this.candidates() : [], view);
+    this.shown = this.isShown ? this.candidates() : [];
+    this.drawCandidates(this.shown, view);
   }
 
   private drawCandidates(candidates: readonly Projected[], view: View): void {
@@ -88,7 +102,7 @@ export class ProjectionLayer implements Overlay {
       svgElement("circle", "register-candidate__area", { r: 14 }),
       svgElement("path", "register-candidate__casing", { d: path }),
       svgElement("path", "register-candidate__shape", { d: path }),
-      svgElement("text", "register-candidate__label", { x: 12, y: 4 }),
+      svgElement("text", "register-candidate__label", { y: 4.5 }),
     );
     const label = mark.querySelector("text");
     if (label !== null) {

@@ -102,7 +102,9 @@ export class WaterLayer implements Overlay {
     const readiness = this.editor.answer?.readiness;
     // Where enough is there, it is shown to those who ask.
     const isWanted = this.shown.has("next") && (readiness?.level !== "good" || this.isAsked);
-    const place = isWanted ? readiness?.next_point : null;
+    // Before the first keypoint every place is as good as another.
+    const isBegun = (readiness?.control_points ?? 0) > 0;
+    const place = isWanted && isBegun ? readiness?.next_point : null;
     if (place === null || place === undefined || !this.editor.mayEdit) {
       this.next.replaceChildren();
       return;
@@ -112,7 +114,7 @@ export class WaterLayer implements Overlay {
     const [right, bottom] = toScreen(view, [u2, v2]);
     const frame = { x, y, width: right - x, height: bottom - y, rx: 6 };
     const text = svgElement("text", "register-next__label", { x: x + 8, y: bottom - 8 });
-    text.textContent = "A keypoint here helps most";
+    text.textContent = "Next keypoint here";
     this.next.replaceChildren(
       svgElement("rect", "register-next__casing", frame),
       svgElement("rect", "register-next__box", frame),

@@ -11,14 +11,19 @@ import type { ProjectionLayer } from "../image/projection-layer";
 export class LandmarkList {
   private readonly search: HTMLInputElement;
   private readonly list: HTMLElement;
+  private readonly onPick: (landmark: Landmark) => void;
 
   constructor(
     root: HTMLElement,
     private readonly options: HTMLDataListElement,
     private readonly editor: Editor,
     private readonly projections: ProjectionLayer,
-    private readonly onPick: (landmark: Landmark) => void,
+    onPick: (landmark: Landmark) => void,
   ) {
+    this.onPick = (landmark) => {
+      this.search.value = "";
+      onPick(landmark);
+    };
     this.search = part(root, "landmark-search") as HTMLInputElement;
     this.list = part(root, "landmark-list");
     this.search.addEventListener("input", () => {

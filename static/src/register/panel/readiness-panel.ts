@@ -59,6 +59,7 @@ export class ReadinessPanel {
     part(this.root, "readiness-warnings").hidden = warnings.length === 0;
     const next = readiness.next_point;
     part(this.root, "next-point").hidden = next === null;
+    part(this.root, "show-next").hidden = readiness.control_points === 0;
     part(this.root, "next-sentence").textContent = next?.sentence ?? "";
   }
 
@@ -94,7 +95,10 @@ function countText({ control_points: count, missing_for_solution, missing_for_go
   if (missing_for_solution > 0) {
     return `${have}: ${missing_for_solution} more until it can be solved`;
   }
-  return missing_for_good > 0 ? `${have}: ${missing_for_good} more are asked for` : `${have}: enough`;
+  if (missing_for_good === 0) {
+    return `${have}: enough`;
+  }
+  return `${have}: ${missing_for_good} more ${missing_for_good === 1 ? "is" : "are"} asked for`;
 }
 
 function button(text: string, onClick: () => void): HTMLButtonElement {
