@@ -21,6 +21,8 @@ from app.db import Database
 from app.detectors import pages as detector_pages
 from app.detectors import router as detectors
 from app.evaluation import pages as evaluation_pages
+from app.evaluation import projection_pages as projection_table_pages
+from app.evaluation import projection_router as projection_table
 from app.evaluation import router as evaluation
 from app.exports import pages as export_pages
 from app.exports import router as exports
@@ -63,6 +65,7 @@ REST = (
     runs,
     reviews,
     evaluation,
+    projection_table,
     guideline,
     exports,
 )
@@ -81,6 +84,7 @@ PAGES = (
     run_pages,
     review_pages,
     evaluation_pages,
+    projection_table_pages,
     guideline_pages,
     calibration_set_pages,
     export_pages,

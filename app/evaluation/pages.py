@@ -37,6 +37,7 @@ SECTIONS = (
     ("Progress", "/evaluation/progress"),
     ("Reviews", "/evaluation/reviews"),
     ("Matching", "/evaluation/matching"),
+    ("Projection", "/evaluation/projection"),
 )
 BY_NAMES = {
     By.TYPE: "Vessel type",
@@ -63,7 +64,7 @@ class Frame:
     may_review: bool
 
 
-def _page(
+def show_in_frame(
     request: Request,
     session: Session,
     access: Access,
@@ -139,7 +140,7 @@ def show_overview(
     """Show what can be evaluated, and how far the review is."""
     chosen = selection.select(session, access, asked)
     progress = review_progress(session, chosen, access.user_id)
-    return _page(
+    return show_in_frame(
         request,
         session,
         access,
@@ -156,7 +157,7 @@ def show_progress(
     """Show how far a review is, filling as people grade."""
     chosen = selection.select(session, access, asked)
     progress = review_progress(session, chosen, access.user_id)
-    return _page(
+    return show_in_frame(
         request,
         session,
         access,
@@ -184,7 +185,7 @@ def show_reviews(
     )
     agreement = agreement_figures(session, chosen, viewer)
     more = {"by": by.value, "bin_m": bin_m}
-    return _page(
+    return show_in_frame(
         request,
         session,
         access,
@@ -217,7 +218,7 @@ def show_matching(
     """Show the paper's matching table from reviews, its own figures beside ours."""
     chosen = selection.select(session, access, asked)
     table = matching_schemas.matching_out(matching_figures(session, chosen), sample_of(chosen))
-    return _page(
+    return show_in_frame(
         request,
         session,
         access,
