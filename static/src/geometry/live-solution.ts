@@ -23,6 +23,9 @@ export interface LiveSolution {
   readonly leaveOneOutPx: readonly (number | null)[];
 }
 
+/** Damping for starts beside the minimum: a drag moves it by little, a missing point too. */
+const NEARLY_NONE = 1e-9;
+
 export function solveLive(
   start: Camera,
   sightings: readonly Sighting[],
@@ -35,6 +38,7 @@ export function solveLive(
       sightings.filter((_, index) => isUsed(index) && index !== except),
       terms.priors,
       terms.refinedFrom,
+      NEARLY_NONE,
     );
   const camera = fit(start, -1);
   return {

@@ -6,8 +6,8 @@
  * a step: a small rotation of the camera frame (rad), the centre (m), then the logarithm of the
  * focal lengths and k1.
  */
-import { project, toCam, type Camera, type Intrinsics, type Pixel } from "./camera";
-import { distortionJacobian, type Distortion } from "./distortion";
+import { project, type Camera, type Intrinsics, type Pixel } from "./camera";
+import { distort, distortionJacobian, type Distortion } from "./distortion";
 import { at, solveSymmetric } from "./linear";
 import { matrixFromRotvec } from "./rotation";
 import { add, multiply, type Mat3, type Vec3 } from "./vectors";
@@ -38,18 +38,20 @@ interface Linearised {
 
 /**
  * Moves a camera downhill to the least squared reprojection error. With `refinedFrom` focal length
- * and k1 move too. A start with points behind the camera comes back as it is.
+ * and k1 move too. A start with points behind the camera comes back as it is. A start that is known
+ * to be near needs no damping at first; it comes by itself where a step leads uphill.
  */
 export function refine(
   start: Camera,
   sightings: readonly Sighting[],
   priors: Priors,
   refinedFrom: Intrinsics | null,
+  firstDamping = 1e-3,
 ): Camera {
   const n = refinedFrom === null ? 6 : 8;
   let camera = start;
   let here = linearise(camera, sightings, priors, refinedFrom);
-  let damping = 1e-3;
+  let damping = firstDamping;
   if (here === null) {
     return start;
   }
@@ -99,7 +101,10 @@ function damped(normal: Float64Array, damping: number, n: number): Float64Array 
   return raised;
 }
 
-/** Sums up cost, J^T J and -J^T r; null where a point has no projection. */
+/**
+ * Sums up cost, J^T J and -J^T r; null where a point has no projection. Leave-one-out asks for this
+ * thousands of times within a frame, so nothing is allocated for a point.
+ */
 function linearise(
   camera: Camera,
   sightings: readonly Sighting[],
@@ -108,88 +113,112 @@ function linearise(
 ): Linearised | null {
   const n = refinedFrom === null ? 6 : 8;
   const sums = { cost: 0, normal: new Float64Array(n * n), gradient: new Float64Array(n) };
+  const weight = 1 / (priors.pixelPx * priors.pixelPx);
   for (const sighting of sightings) {
-    const off = residual(camera, sighting);
-    if (off === null) {
+    if (!differentiate(camera, sighting.point, ROW_U, ROW_V, SHOWN)) {
       return null;
     }
-    const [byU, byV] = projectionJacobian(camera, sighting.point);
-    accumulate(sums, byU, off[0], priors.pixelPx, n);
-    accumulate(sums, byV, off[1], priors.pixelPx, n);
+    accumulate(sums, ROW_U, at(SHOWN, 0) - sighting.pixel[0], weight, n);
+    accumulate(sums, ROW_V, at(SHOWN, 1) - sighting.pixel[1], weight, n);
   }
   if (refinedFrom !== null) {
     const logFocal = Math.log(camera.intrinsics.fxPx / refinedFrom.fxPx);
     const k1 = camera.intrinsics.distortion[0] - refinedFrom.distortion[0];
-    accumulate(sums, unit(6), logFocal, priors.focal, n);
-    accumulate(sums, unit(7), k1, priors.k1, n);
+    accumulate(sums, LOG_FOCAL, logFocal, 1 / priors.focal ** 2, n);
+    accumulate(sums, K1, k1, 1 / priors.k1 ** 2, n);
   }
-  return Number.isFinite(sums.cost) ? sums : null;
+  if (!Number.isFinite(sums.cost)) {
+    return null;
+  }
+  for (let i = 0; i < n; i += 1) {
+    for (let j = 0; j < i; j += 1) {
+      sums.normal[j * n + i] = at(sums.normal, i * n + j);
+    }
+  }
+  return sums;
 }
 
-function unit(index: number): Float64Array {
-  const row = new Float64Array(8);
-  row[index] = 1;
-  return row;
-}
+const ROW_U = new Float64Array(8);
+const ROW_V = new Float64Array(8);
+const SHOWN = new Float64Array(2);
+const LOG_FOCAL = Float64Array.of(0, 0, 0, 0, 0, 0, 1, 0);
+const K1 = Float64Array.of(0, 0, 0, 0, 0, 0, 0, 1);
 
+/** Adds one row to the lower half of the normal equations. */
 function accumulate(
   sums: { cost: number; normal: Float64Array; gradient: Float64Array },
   row: Float64Array,
   off: number,
-  sigma: number,
+  weight: number,
   n: number,
 ): void {
-  const weight = 1 / (sigma * sigma);
   sums.cost += off * off * weight;
   for (let i = 0; i < n; i += 1) {
     const left = at(row, i) * weight;
     sums.gradient[i] = at(sums.gradient, i) - left * off;
     for (let j = 0; j <= i; j += 1) {
-      const value = at(sums.normal, i * n + j) + left * at(row, j);
-      sums.normal[i * n + j] = value;
-      sums.normal[j * n + i] = value;
+      sums.normal[i * n + j] = at(sums.normal, i * n + j) + left * at(row, j);
     }
   }
 }
 
-/** The derivatives of a point's u and v by the eight unknowns. */
-export function projectionJacobian(
+/**
+ * Fills in a point's pixel and the derivatives of its u and v by the eight unknowns; false where it
+ * has no projection.
+ */
+function differentiate(
   camera: Camera,
   point: Vec3,
-): readonly [Float64Array, Float64Array] {
-  const [x, y, z] = toCam(camera, point);
+  rowU: Float64Array,
+  rowV: Float64Array,
+  shown: Float64Array,
+): boolean {
+  const [R, C] = [camera.camFromWorld, camera.center];
+  const [dx, dy, dz] = [point[0] - C[0], point[1] - C[1], point[2] - C[2]];
+  const x = R[0][0] * dx + R[0][1] * dy + R[0][2] * dz;
+  const y = R[1][0] * dx + R[1][1] * dy + R[1][2] * dz;
+  const z = R[2][0] * dx + R[2][1] * dy + R[2][2] * dz;
+  if (!(z > 0)) {
+    return false;
+  }
   const { fxPx, fyPx, cxPx, cyPx, distortion } = camera.intrinsics;
   const ideal = [x / z, y / z] as const;
+  const seen = distort(distortion, ideal);
+  if (seen === null) {
+    return false;
+  }
+  shown[0] = fxPx * seen[0] + cxPx;
+  shown[1] = fyPx * seen[1] + cyPx;
   const [a, b, c, d] = distortionJacobian(distortion, ideal);
-  const shown = project(camera, point) ?? [Number.NaN, Number.NaN];
-  const r2 = ideal[0] ** 2 + ideal[1] ** 2;
-  return [
-    row(camera.camFromWorld, [x, y, z], [fxPx * a, fxPx * b], shown[0] - cxPx, fxPx * ideal[0] * r2),
-    row(camera.camFromWorld, [x, y, z], [fyPx * c, fyPx * d], shown[1] - cyPx, fyPx * ideal[1] * r2),
-  ];
+  const r2 = ideal[0] * ideal[0] + ideal[1] * ideal[1];
+  fillRow(rowU, R, x, y, z, fxPx * a, fxPx * b);
+  fillRow(rowV, R, x, y, z, fyPx * c, fyPx * d);
+  rowU[6] = fxPx * seen[0];
+  rowV[6] = fyPx * seen[1];
+  rowU[7] = fxPx * ideal[0] * r2;
+  rowV[7] = fyPx * ideal[1] * r2;
+  return true;
 }
 
-function row(
+/** By the point in the camera's frame, then by a turn (-[X]x) and by the centre (-R). */
+function fillRow(
+  row: Float64Array,
   R: Mat3,
-  [x, y, z]: Vec3,
-  [byX, byY]: readonly [number, number],
-  byLogFocal: number,
-  byK1: number,
-): Float64Array {
-  // By the point in the camera's frame, then by a turn (-[X]x) and by the centre (-R).
+  x: number,
+  y: number,
+  z: number,
+  byX: number,
+  byY: number,
+): void {
   const p = byX / z;
   const q = byY / z;
   const s = -(byX * x + byY * y) / (z * z);
-  return Float64Array.of(
-    -q * z + s * y,
-    p * z - s * x,
-    -p * y + q * x,
-    -(p * R[0][0] + q * R[1][0] + s * R[2][0]),
-    -(p * R[0][1] + q * R[1][1] + s * R[2][1]),
-    -(p * R[0][2] + q * R[1][2] + s * R[2][2]),
-    byLogFocal,
-    byK1,
-  );
+  row[0] = s * y - q * z;
+  row[1] = p * z - s * x;
+  row[2] = q * x - p * y;
+  row[3] = -(p * R[0][0] + q * R[1][0] + s * R[2][0]);
+  row[4] = -(p * R[0][1] + q * R[1][1] + s * R[2][1]);
+  row[5] = -(p * R[0][2] + q * R[1][2] + s * R[2][2]);
 }
 
 function stepped(camera: Camera, step: Float64Array): Camera {
