@@ -6,6 +6,7 @@ import { REVIEW_COMMANDS } from "./review/commands";
 import type { Feed } from "./review/feed";
 import { Help } from "./review/help";
 import { Keymap, keyNames } from "./review/keymap";
+import { LiveFigures } from "./review/live-figures";
 import { Outbox } from "./review/outbox";
 import { OwnKeys } from "./review/own-keys";
 import { OwnSession } from "./review/own-session";
@@ -43,14 +44,17 @@ async function open(root: HTMLElement): Promise<void> {
     },
     settled: () => {
       feed.settled();
+      figures.changed();
     },
   });
   replay(outbox.pending.filter((write) => write.runId === runId), session);
   const feed = await feedOf(root, runId, session, () => {
     screen.more();
   });
+  const figures = new LiveFigures(root, `run_id=${runId}`);
   const screen = new ReviewScreen(root, {
     runId,
+    figures,
     session,
     feed,
     recorder: new Recorder(outbox, runId),
@@ -186,7 +190,7 @@ function listen(root: HTMLElement, screen: ReviewScreen, keymap: Keymap, help: H
       screen.machine.leave();
     }
     screen.act(command);
-    const keepsFocus = ["review.layers", "review.help", "review.comment"].includes(command);
+    const keepsFocus = ["review.layers", "review.help", "review.comment", "review.guideline"].includes(command);
     if (event.detail > 0 && !keepsFocus) {
       part(root, "viewer").focus({ preventScroll: true }); // so that Space peeks again
     }

@@ -176,21 +176,21 @@ def test_keys_can_be_put_elsewhere(review: ReviewPage, poses: Poses, api: httpx2
     help_page.get_by_role("button", name="1 : Good,").click()
     page.keyboard.press("j")
     expect(help_page).to_contain_text("J is the key of “Next box”.")
-    page.keyboard.press("g")
-    expect(help_page.get_by_role("button", name="G : Good,")).to_be_visible()
+    page.keyboard.press("x")
+    expect(help_page.get_by_role("button", name="X : Good,")).to_be_visible()
     page.keyboard.press("Escape")
     expect(help_page).to_be_hidden()
     review.press("1")
     assert review.pose_id == poses[0]["id"], "the old key means nothing now"
-    review.press("g")
+    review.press("x")
     review.expect_all_saved()
     assert grades_of(api, poses[:1]) == ["good"]
-    expect(page.locator("[data-grade-button][data-grade=good]")).to_contain_text("G")
+    expect(page.locator("[data-grade-button][data-grade=good]")).to_contain_text("X")
     page.evaluate("() => localStorage.clear()")  # another computer: the server has the keys
     page.reload()
     review.wait()
-    expect(page.locator("[data-grade-button][data-grade=good]")).to_contain_text("G")
-    review.press("g")
+    expect(page.locator("[data-grade-button][data-grade=good]")).to_contain_text("X")
+    review.press("x")
     review.expect_all_saved()
     assert grades_of(api, poses[:2]) == ["good", "good"]
 

@@ -27,6 +27,8 @@ export const REVIEW_COMMANDS: readonly Command[] = [
   { id: "review.edit", codes: ["KeyE"], meaning: "Correct the box" },
   { id: "review.rematch", codes: ["KeyR"], meaning: "Match with another vessel" },
   { id: "review.comment", codes: ["KeyC"], meaning: "Comment" },
+  { id: "review.guideline", codes: ["KeyG"], meaning: "Guideline, with pictures" },
+  { id: "review.figures", codes: ["KeyS"], meaning: "Figures of the run" },
   { id: "review.bookmark", codes: ["KeyB"], meaning: "Bookmark" },
 ];
 

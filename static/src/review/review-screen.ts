@@ -13,6 +13,7 @@ import { DecisionStrip } from "./decision-strip";
 import { announcement } from "./facts-panel";
 import { posesOfImage, type Feed } from "./feed";
 import type { Keymap } from "./keymap";
+import type { LiveFigures } from "./live-figures";
 import { ModeMachine } from "./modes";
 import { Pace } from "./pace";
 import { vesselName, type Grade } from "./pose";
@@ -33,6 +34,7 @@ export interface ScreenParts {
   readonly recorder: Recorder;
   readonly keymap: Keymap;
   readonly remembered: RememberedDecisions;
+  readonly figures: LiveFigures;
   readonly openHelp: () => void;
 }
 
@@ -219,6 +221,12 @@ export class ReviewScreen {
       case "review.comment":
         this.comment();
         break;
+      case "review.figures":
+        this.parts.figures.toggle();
+        break;
+      case "review.guideline":
+        openDialog("review-guideline");
+        break;
       case "review.help":
         this.parts.openHelp();
         break;
@@ -398,5 +406,12 @@ export class ReviewScreen {
 
   private say(text: string): void {
     part(this.root, "announcement").textContent = text;
+  }
+}
+
+function openDialog(id: string): void {
+  const dialog = document.getElementById(id);
+  if (dialog instanceof HTMLDialogElement) {
+    dialog.showModal();
   }
 }
