@@ -46,7 +46,7 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class AgreementFigures:
-    """Agreement on the poses with more than one opinion; `equal` of `compared` pairs are equal."""
+    """Agreement on poses with more than one opinion; `share` of the pairs on a pose are equal."""
 
     units: int
     opinions: int
