@@ -21,35 +21,40 @@ LARGEST_MOVE_M = 0.5
 LARGEST_TURN_DEG = 2.0
 
 
+_new, _old, _new_match, _old_match = aliased(Pose), aliased(Pose), aliased(Match), aliased(Match)
+_PLACES = [
+    getattr(pose, name)
+    for pose in (_new, _old)
+    for name in ("lat_deg", "lon_deg", "center_height_m", "heading_deg")
+]
+# Asked for every batch inside its transaction, so it is put together once.
+_LIKE = (
+    sa.select(_new.id, Review, *_PLACES)
+    .options(lazyload(Review.user))
+    .join(_new_match, _new_match.id == _new.match_id)
+    .join(_old_match, _old_match.detection_id == _new_match.detection_id)
+    .join(_old, _old.match_id == _old_match.id)
+    .join(Review, Review.pose_id == _old.id)
+    .where(
+        _new.run_id == sa.bindparam("run_id"),
+        _new.image_id.in_(sa.bindparam("image_ids", expanding=True)),
+        _old.run_id != sa.bindparam("run_id"),
+        _old.image_id == _new.image_id,
+        # Not by its index: a ferry is in thousands of poses, a detection in one a run.
+        _old.mmsi + 0 == _new.mmsi,
+        Review.replaced_at.is_(None),
+        Review.inherited_from_id.is_(None),
+    )
+    .order_by(Review.id)
+)
+
+
 def inherit(session: Session, run_id: int, image_ids: Sequence[int]) -> int:
     """Give the new poses of some images their like's reviews in earlier runs; returns how many.
 
     Where runs differ in what a person said, the newest counts.
     """
-    new, old, new_match, old_match = aliased(Pose), aliased(Pose), aliased(Match), aliased(Match)
-    places = [
-        getattr(pose, name)
-        for pose in (new, old)
-        for name in ("lat_deg", "lon_deg", "center_height_m", "heading_deg")
-    ]
-    rows = session.execute(
-        sa.select(new.id, Review, *places)
-        .options(lazyload(Review.user))
-        .join(new_match, new_match.id == new.match_id)
-        .join(old_match, old_match.detection_id == new_match.detection_id)
-        .join(old, old.match_id == old_match.id)
-        .join(Review, Review.pose_id == old.id)
-        .where(
-            new.run_id == run_id,
-            new.image_id.in_(image_ids),
-            old.run_id != run_id,
-            old.image_id == new.image_id,
-            old.mmsi == new.mmsi,
-            Review.replaced_at.is_(None),
-            Review.inherited_from_id.is_(None),
-        )
-        .order_by(Review.id)
-    )
+    rows = session.execute(_LIKE, {"run_id": run_id, "image_ids": image_ids})
     inherited = {
         (pose_id, review.user_id): _copy(pose_id, review)
         for pose_id, review, *place in rows
