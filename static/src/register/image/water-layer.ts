@@ -59,8 +59,10 @@ export class WaterLayer implements Overlay {
 
   /** Ranges end at their place and bearings stand over it; what would cover another is left out. */
   private labelsOf(lines: readonly GridLine[], view: View): SVGTextElement[] {
-    const marks = this.editor.points.flatMap(({ pixel }) => (pixel === null ? [] : [toScreen(view, pixel)]));
-    const taken = marks.map(([x, y]) => ({ x1: x - 10, y1: y - 8, x2: x + 10, y2: y + 8 }));
+    const taken = this.editor.points.flatMap(({ pixel, name }) => {
+      const [x, y] = toScreen(view, pixel ?? [Number.NaN, Number.NaN]);
+      return { x1: x - 10, y1: y - 8, x2: x + 13 + widthOf(name), y2: y + 8 };
+    });
     return lines.flatMap(({ kind, label, at_px: place }) => {
       if (place === null) {
         return [];
