@@ -19,6 +19,7 @@ from app.paging import Paging
 from app.registration import service as registration
 from app.registration.schemas import RegistrationIn
 from app.registration.solving import Problem, solve
+from app.runs import service as runs
 from app.tables.registration import KeypointRole, RegistrationMethod
 from app.tables.sites import Viewport
 
@@ -85,6 +86,8 @@ def projection_figures(session: Session, chosen: Selection) -> ProjectionFigures
 
 def _viewports(session: Session, chosen: Selection) -> Sequence[Viewport]:
     asked = chosen.asked
+    if asked.run_id is not None:
+        return [runs.get_run(session, asked.run_id).viewport]
     if asked.viewport_id is not None:
         return [registration.get_viewport(session, asked.viewport_id)]
     found, _ = registration.list_viewports(

@@ -11,9 +11,9 @@ from datetime import datetime, timedelta
 from app.imagery.span import ImageSpan
 from app.registration.overview import ViewportLine
 
-WIDTH_PX = 640
+WIDTH_PX = 960
 ROW_PX = 26
-_LEFT_PX, _RIGHT_PX, _TOP_PX = 150, 70, 22
+_LEFT_PX, _RIGHT_PX, _TOP_PX = 190, 70, 22
 _SHORTEST = timedelta(minutes=10)
 _EDGE = 0.04  # of the time shown, on either side
 _LEAST_PX = 2.0

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from app.sites.water import LONGEST_GAP, Series
 
-WIDTH_PX = 640
-HEIGHT_PX = 240
-_LEFT_PX, _EDGE_PX = 56, 24
+WIDTH_PX = 960
+HEIGHT_PX = 280
+_LEFT_PX, _EDGE_PX = 70, 24
 _MOST_POINTS = 1500
 _SMALLEST_M = 0.1
 
