@@ -5,7 +5,7 @@ answers with the first. Nothing of it touches the reviews of the run.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 
 from sqlalchemy.orm import Session
@@ -228,6 +228,14 @@ def put_pose(session: Session, found: CalibrationSet, judged: Judged) -> JudgedP
     row.grade, row.reasons, row.note = judged.grade, list(judged.reasons), judged.note
     session.flush()
     return row
+
+
+def with_present_reasons(session: Session, set_id: int, judged: Judged) -> Judged:
+    """Keep the reasons of a pose whose grade stays as it is; another grade has others."""
+    row = repository.judgement(session, set_id, judged.pose_id)
+    if row is None or row.grade != judged.grade:
+        return judged
+    return replace(judged, reasons=row.reasons)
 
 
 def remove_pose(session: Session, set_id: int, pose_id: int) -> None:

@@ -148,13 +148,21 @@ def answer(
     set_id: int,
     session: SessionDep,
     access: Reviewer,
-    pose_id: Annotated[int, Form()],
-    grade: Annotated[Grade, Form()],
+    pose_id: Annotated[int, Form()] = 0,
+    grade: Annotated[str, Form()] = "",
 ) -> Response:
     """Take a grade for practice and show what was judged."""
     found = find_set(session, access, set_id, Scope.REVIEW)
-    practice.answer(session, found, access.user_id, pose_id, grade, (), None)
+    practice.answer(session, found, access.user_id, pose_id, _grade(grade), (), None)
     return RedirectResponse(f"/calibration-sets/{set_id}/practice?told={pose_id}", status_code=303)
+
+
+def _grade(code: str) -> Grade:
+    """Read a grade of a form; asked only once the set is known to be the caller's."""
+    try:
+        return Grade(code)
+    except ValueError as error:
+        raise Invalid.field("grade", "choose one from the list") from error
 
 
 @router.post("/calibration-sets/{set_id}/restart")
@@ -171,17 +179,16 @@ def judge_pose(
     pose_id: int,
     session: SessionDep,
     access: Operator,
-    grade: Annotated[str, Form()],
+    grade: Annotated[str, Form()] = "",
     note: Annotated[str, Form(max_length=2000)] = "",
 ) -> Response:
     """Judge a pose of the set anew; the grade `remove` takes it out."""
     found = find_set(session, access, set_id, Scope.INGEST)
     if grade == "remove":
         practice.remove_pose(session, set_id, pose_id)
-    elif grade in set(Grade):
-        practice.put_pose(session, found, Judged(pose_id, Grade(grade), (), note.strip()))
     else:
-        raise Invalid.field("grade", "choose one from the list")
+        judged = Judged(pose_id, _grade(grade), (), note.strip())
+        practice.put_pose(session, found, practice.with_present_reasons(session, set_id, judged))
     record(
         session, access, "judge", "calibration_set", set_id, site_id=found.run.site_id, pose=pose_id
     )

@@ -15,12 +15,12 @@ Browser = Callable[[User], TestClient]
 
 
 def _lead_with_verdicts(database: Database, lead: User) -> tuple[int, list[int]]:
-    """Store a run with a Good and a commented Bad pose of a lead; return run and pose ids."""
+    """Store a run with an OK and a commented Bad pose of a lead; return run and pose ids."""
     with database.writing() as session:
         harbour = make_harbour(session)
         run = make_run(session, harbour)
         poses = [make_pose(session, run, harbour.images[0], mmsi) for mmsi in (1, 2, 3)]
-        make_review(session, poses[0], lead.id, Grade.GOOD)
+        make_review(session, poses[0], lead.id, Grade.OK, reasons=["heading"])
         make_review(session, poses[1], lead.id, Grade.BAD, comment="Look at the <mast>")
         return run.id, [pose.id for pose in poses]
 
@@ -39,11 +39,11 @@ def test_a_lead_makes_a_set_from_own_verdicts_and_a_newcomer_walks_through(
     for _ in range(2):
         shown = newcomer.get(practice).text
         pose_id = next(number for number in pose_ids if f'name="pose_id" value="{number}"' in shown)
-        told = newcomer.post(practice, data={"pose_id": pose_id, "grade": "good"})
+        told = newcomer.post(practice, data={"pose_id": pose_id, "grade": "ok"})
         answer = newcomer.get(told.headers["location"]).text
-        is_good = pose_id == pose_ids[0]
-        assert ("As judged" in answer) is is_good
-        assert ("Look at the &lt;mast&gt;" in answer) is not is_good
+        is_ok = pose_id == pose_ids[0]
+        assert ("As judged" in answer) is is_ok
+        assert ("Look at the &lt;mast&gt;" in answer) is not is_ok
     assert newcomer.get(practice).headers["location"] == place
     result = newcomer.get(place).text
     assert "1 of 2 answered" in result
@@ -55,7 +55,7 @@ def test_a_lead_makes_a_set_from_own_verdicts_and_a_newcomer_walks_through(
 def test_a_lead_mends_judgements_on_the_page(
     database: Database, make_user: MakeUser, browser_of: Browser
 ) -> None:
-    """A judgement is changed, another taken out, the set deleted; a wrong grade is refused."""
+    """A note is changed and keeps its reasons, another pose taken out, nonsense is refused."""
     lead = make_user(Role.OPERATOR)
     run_id, (first, second, _) = _lead_with_verdicts(database, lead)
     browser = browser_of(lead)
@@ -67,6 +67,7 @@ def test_a_lead_mends_judgements_on_the_page(
     with database.reading() as session:
         (judged,) = session.query(JudgedPose).all()
         assert (judged.pose_id, judged.grade, judged.note) == (first, Grade.OK, "turned")
+        assert judged.reasons == ["heading"]
     assert browser.post(f"{place}/delete").headers["location"] == "/calibration-sets"
     assert browser.get(place).status_code == 404
 
