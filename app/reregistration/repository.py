@@ -8,6 +8,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Session, joinedload
 
 from app.db import find, now
+from app.domain.reregistration import Refusal
 from app.paging import Paging, fetch_page
 from app.reregistration.schemas import Counts, ImageChoice
 from app.tables.imagery import Image
@@ -22,6 +23,13 @@ from app.tables.reregistration import (
 from app.tables.sites import Camera, Viewport
 
 OPEN = (ReregistrationStatus.QUEUED, ReregistrationStatus.RUNNING)
+# What more keyframes may change; a blank picture stays blank.
+WORTH_ANOTHER_LOOK = (
+    Refusal.TOO_FEW_INLIERS,
+    Refusal.TOO_SMALL_AREA,
+    Refusal.TWO_MOTIONS,
+    Refusal.UNCERTAIN,
+)
 
 
 def get(session: Session, reregistration_id: int) -> Reregistration | None:
@@ -163,7 +171,7 @@ def images(
 def undone(
     session: Session, reregistration_id: int, start: int, stop: int, attempt: int
 ) -> Sequence[ReregistrationImage]:
-    """Return the images at some positions that had fewer attempts and did not pass."""
+    """Return the images at some positions that had no turn yet, or may pass at another attempt."""
     image = ReregistrationImage
     return session.scalars(
         sa.select(image)
@@ -172,7 +180,7 @@ def undone(
             image.position >= start,
             image.position < stop,
             image.attempts < attempt,
-            sa.or_(image.done_at.is_(None), image.refusal.is_not(None)),
+            sa.or_(image.done_at.is_(None), image.refusal.in_(WORTH_ANOTHER_LOOK)),
         )
         .order_by(image.position)
     ).all()
