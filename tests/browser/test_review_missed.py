@@ -7,7 +7,8 @@ import httpx2
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import MakeRun
+from app.operation.harbour_site import DETECTOR_NAME
+from tests.browser.conftest import Installation, MakeRun
 from tests.browser.review_page import ReviewPage
 from tests.worker_process import wait_until
 
@@ -135,3 +136,28 @@ def test_a_finger_draws_a_box(marker: Marker, run_id: int) -> None:
     marker.page.get_by_role("button", name="1 Not detected").click()
     wait_until(lambda: len(marker.stored(run_id)) == 1, what="the missed vessel")
     assert marker.stored(run_id)[0]["x1_px"] == pytest.approx(500, abs=2)
+
+
+def test_an_image_without_any_pose_is_reviewed_too(
+    page: Page, api: httpx2.Client, installation: Installation
+) -> None:
+    """Where nothing was matched the whole image is shown, and its vessels can be marked."""
+    asked = {
+        "viewport_id": installation.harbour.viewport_ids[0],
+        "detector": DETECTOR_NAME,
+        "parameters": {"maximum_cost": 1e-6},
+    }
+    run_id = api.post("/runs", json=asked).json()["id"]
+    wait_until(lambda: api.get(f"/runs/{run_id}").json()["status"] == "succeeded", what="the run")
+    made = {"run_id": run_id, "unit": "image", "order": "time"}
+    queue = api.post("/review-queues", json=made).json()["id"]
+    page.goto(f"/runs/{run_id}/review?queue={queue}")
+    review = ReviewPage(page)
+    review.wait()
+    expect(page.locator("[data-part=vessel-kind]")).to_contain_text("No box was made here")
+    first = api.get(f"/runs/{run_id}/images", params={"limit": 1}).json()["items"][0]["image"]
+    review.press("m")
+    marker = Marker(review, api, {"image": first})
+    marker.drag((300, 300), (350, 330))
+    review.press("3")
+    wait_until(lambda: len(marker.stored(run_id)) == 1, what="the missed vessel")

@@ -7,7 +7,7 @@ import httpx2
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import MakeRun
+from tests.browser.conftest import Complaints, MakeRun
 from tests.browser.review_page import ReviewPage
 from tests.worker_process import wait_until
 
@@ -111,6 +111,29 @@ def test_a_detection_without_a_box_gets_one(
         )
 
     wait_until(made, what="the pose made by hand")
+
+
+def test_a_match_never_replaces_what_somebody_else_just_saved(
+    page: Page, run_id: int, contested: list[Pose], api: httpx2.Client, complaints: Complaints
+) -> None:
+    """Who picks on an older state sees the other's correction first, and then picks again."""
+    complaints.expect("412")
+    pose = contested.pop()
+    candidates = candidates_of(api, pose)
+    other = next(index for index, row in enumerate(candidates) if not row["current"])
+    review = ReviewPage(page)
+    review.open(run_id, pose["id"])
+    review.press("r")
+    expect(page.locator(".candidate")).to_have_count(len(candidates))
+    box = api.get(f"/poses/{pose['id']}/edit").json()["generated"]
+    theirs = {name: value for name, value in box.items() if name != "up_m"} | {"width_m": 11}
+    assert api.post(f"/poses/{pose['id']}/corrections", json=theirs).status_code == 201
+    review.press(str(other + 1))
+    expect(page.locator(".flash")).to_contain_text("Theirs is shown")
+    assert api.get(f"/poses/{pose['id']}").json()["correction"]["kind"] == "edited"
+    expect(page.locator(".candidate")).to_have_count(len(candidates))
+    review.press(str(other + 1))
+    expect(page.locator("[data-part=vessel-name]")).to_have_text(name_of(candidates[other]))
 
 
 def free_detection(api: httpx2.Client, run_id: int, poses: list[Pose]) -> dict[str, Any]:

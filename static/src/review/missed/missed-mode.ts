@@ -2,7 +2,7 @@
  * Missed-vessel mode: a person marks vessels that are seen but have no pose, and says why. The
  * paper's matching table counts them, so an image is complete only once all of them are here.
  */
-import { ApiProblem, call, explain } from "../../api";
+import { ApiProblem, explain } from "../../api";
 import { showFlash } from "../../page/flashes";
 import { randomKey } from "../../random-key";
 import { toImage, type Point, type Rect, type Size } from "../../viewer/view";
@@ -15,6 +15,7 @@ import { BOX_STEPS, MISSED_COMMANDS } from "./missed-commands";
 import { MissedOverlay } from "./missed-overlay";
 import { MissedPanel } from "./missed-panel";
 import { MissedPointer, type Grip } from "./missed-pointer";
+import { changeMissed, deleteMissed, pixelsOf, rectOf, storeMissed } from "./missed-writes";
 
 /** One step of a key, on the screen; with Shift a tenth. */
 const STEP_PX = 10;
@@ -219,12 +220,7 @@ export class MissedMode implements Mode {
       return;
     }
     try {
-      const stored = (await call(`/api/v1/images/${scene.image.id}/missed-vessels`, {
-        method: "POST",
-        json: { run_id: scene.runId, ...pixelsOf(chosen.rect), reason },
-        idempotencyKey: chosen.key,
-      })) as MissedVessel;
-      this.replace(scene, stored);
+      this.replace(scene, await storeMissed(scene, chosen.rect, reason, chosen.key));
       if (this.chosen === chosen) {
         this.choose(null); // the next one may be drawn at once
       }
@@ -236,18 +232,14 @@ export class MissedMode implements Mode {
 
   private async change(
     stored: MissedVessel,
-    changed: Partial<Record<"reason", MissedReason> & ReturnType<typeof pixelsOf>>,
+    changed: Parameters<typeof changeMissed>[1],
   ): Promise<void> {
     const { scene } = this;
     if (scene === null) {
       return;
     }
     try {
-      const next = (await call(`/api/v1/missed-vessels/${stored.id}`, {
-        method: "PATCH",
-        json: changed,
-        ifMatch: stored.version,
-      })) as MissedVessel;
+      const next = await changeMissed(stored, changed);
       this.replace(scene, next);
       if (this.chosen?.stored?.id === next.id) {
         this.chosen = { ...this.chosen, stored: next }; // it may have been moved on meanwhile
@@ -267,11 +259,11 @@ export class MissedMode implements Mode {
       this.choose(null);
       return;
     }
-    const { id, version } = chosen.stored;
+    const { stored } = chosen;
     this.forgetSettling();
     try {
-      await call(`/api/v1/missed-vessels/${id}`, { method: "DELETE", ifMatch: version });
-      const left = this.missed().filter((vessel) => vessel.id !== id);
+      await deleteMissed(stored);
+      const left = this.missed().filter(({ id }) => id !== stored.id);
       this.stage.around.change(scene.image.id, { missed: left });
       this.stage.surroundingsChanged();
       this.choose(null);
@@ -323,19 +315,4 @@ export class MissedMode implements Mode {
       this.settling = null;
     }
   }
-}
-
-function rectOf({ x1_px: x1, y1_px: y1, x2_px: x2, y2_px: y2 }: MissedVessel): Rect {
-  return { x1, y1, x2, y2 };
-}
-
-/** A hundredth of a pixel is finer than any hand. */
-function pixelsOf({ x1, y1, x2, y2 }: Rect): {
-  x1_px: number;
-  y1_px: number;
-  x2_px: number;
-  y2_px: number;
-} {
-  const rounded = (value: number): number => Math.round(value * 100) / 100;
-  return { x1_px: rounded(x1), y1_px: rounded(y1), x2_px: rounded(x2), y2_px: rounded(y2) };
 }

@@ -2,7 +2,7 @@
  * Re-match mode: says which vessel a detection shows. The candidates stand in a list and on the
  * photograph; picking one lets the server compute the pose anew, beside the generated one.
  */
-import { ApiProblem, explain } from "../../api";
+import { ApiProblem, call, explain } from "../../api";
 import { showFlash } from "../../page/flashes";
 import { randomKey } from "../../random-key";
 import { boundsOf, type Point, type Rect } from "../../viewer/view";
@@ -172,7 +172,8 @@ export class RematchMode implements Mode {
   /** The detections without a box: to choose from, and the first of them where no pose is shown. */
   private async loadFree(scene: Scene, entered: number): Promise<void> {
     const { around, machine } = this.stage;
-    const known = around.of(scene.image.id) ?? (await around.load(scene.image.id).catch(() => null));
+    // Always a moment later, when this mode has begun.
+    const known = await (around.of(scene.image.id) ?? around.load(scene.image.id).catch(() => null));
     if (this.entered !== entered || machine.current !== this) {
       return;
     }
@@ -258,13 +259,26 @@ export class RematchMode implements Mode {
       this.stage.poseChanged(pose);
       this.stage.announce(`Matched with ${nameOf(candidate)}.`);
     } catch (error) {
-      const changed = error instanceof ApiProblem && error.status === 412;
-      const why = changed
-        ? "Somebody else changed this pose meanwhile. Reload the page to see it."
-        : explain(error);
-      showFlash(`${nameOf(candidate)} was not taken. ${why}`, "error");
+      const isStale = error instanceof ApiProblem && error.status === 412;
+      if (isStale && target.kind === "pose") {
+        await this.showTheirs(target.pose);
+      } else {
+        showFlash(`${nameOf(candidate)} was not taken. ${explain(error)}`, "error");
+      }
     } finally {
       this.busy = false;
+    }
+  }
+
+  /** Somebody else corrected the pose meanwhile: theirs is shown before anything replaces it. */
+  private async showTheirs(pose: Pose): Promise<void> {
+    try {
+      const theirs = (await call(`/api/v1/poses/${pose.id}`)) as Pose;
+      this.stage.poseChanged(theirs);
+      await this.aim({ kind: "pose", pose: theirs });
+      showFlash("Somebody else changed this pose meanwhile. Theirs is shown; pick again.", "warning");
+    } catch (error) {
+      showFlash(`The pose could not be loaded again. ${explain(error)}`, "error");
     }
   }
 
