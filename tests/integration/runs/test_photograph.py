@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
+from app.db import Database
+from app.tables.runs import RunImage
 from tests.factories.norderelbe import CAPTURED_AT, IMAGE, MMSI, Published
 from tests.worker_process import WorkerProcess, wait_until
 
@@ -35,9 +37,12 @@ def created(response: Any) -> dict[str, Any]:
 
 @pytest.mark.slow
 def test_a_real_photograph_becomes_a_pose_of_its_vessel(
-    client: TestClient, start_worker: Callable[..., WorkerProcess], shared_dir: Path
+    client: TestClient,
+    database: Database,
+    start_worker: Callable[..., WorkerProcess],
+    shared_dir: Path,
 ) -> None:
-    """A photograph, its camera and its AIS report become the published pose, within 5 m."""
+    """Photograph, camera, AIS and the tide become the published pose, within 5 m."""
     published = Published.read(shared_dir)
     camera, origin = published.camera, published.origin
     vessel = published.label["vessels"][0]
@@ -49,11 +54,15 @@ def test_a_real_photograph_becomes_a_pose_of_its_vessel(
             json={
                 "name": "Norderelbe",
                 "origin": {"lat_deg": origin.lat_deg, "lon_deg": origin.lon_deg, "height_m": 0.0},
-                "water_level_m": 0.0,
+                "water_level_m": 20.0,
                 "timezone": "Europe/Berlin",
             },
         )
     )
+    # The constant is wrong; a gauge that was read before and after the photograph is right.
+    readings = [f"{(CAPTURED_AT + timedelta(hours=hours)).isoformat()},0.0" for hours in (-1, 1)]
+    gauge = client.post(f"/api/v1/sites/{site['id']}/water-levels", content="\n".join(readings))
+    assert gauge.json()["readings"] == 2
     registered = created(
         client.post(
             "/api/v1/cameras",
@@ -126,3 +135,6 @@ def test_a_real_photograph_becomes_a_pose_of_its_vessel(
     up_in_cam = np.array(camera["R_cam_from_local_enu"])[:, 2]
     horizontal_m = np.linalg.norm(apart - (apart @ up_in_cam) * up_in_cam)
     assert horizontal_m < 5.0
+    with database.reading() as session:
+        done = session.get_one(RunImage, (run["id"], image["id"]))
+    assert (done.water_level_m, done.water_level_source) == (0.0, "series")
