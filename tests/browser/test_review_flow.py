@@ -206,7 +206,9 @@ def test_help_names_the_keys_of_every_mode(review: ReviewPage) -> None:
 
 def test_the_end_says_what_to_do_next(review: ReviewPage, poses: Poses) -> None:
     """When nothing is left the page says so, leads on, and a stray key grades nothing."""
+    good = review.page.locator("[data-grade-button][data-grade=good]")
     for count, _ in enumerate(poses, start=1):
+        expect(good).to_be_enabled()  # a key means nothing until the next pose is there
         review.press("1")
         review.expect_graded(count)
     expect(review.page.get_by_text("All done here.")).to_be_visible()

@@ -20,7 +20,7 @@ from tests.browser.conftest import Complaints, Installation, MakeRun
 from tests.browser.review_page import ReviewPage
 from tests.factories import identity
 from tests.factories.imagery import photograph
-from tests.factories.runs import make_harbour
+from tests.factories.runs import FIRST_MMSI, make_harbour, make_vessel
 from tests.factories.runs import make_run as insert_run
 from tests.server_process import ServerProcess
 
@@ -74,6 +74,8 @@ class Harbour:
             for seed, image in enumerate(harbour.images):
                 image.sha256 = storage.put(photograph(seed, image.width_px, image.height_px)).sha256
             self.run_id = insert_run(session, harbour, [2, 2]).id
+            for vessel in range(2):
+                make_vessel(session, FIRST_MMSI + vessel)
             self.cookie = identity.make_login_session(
                 session, identity.make_user(session, Role.ADMIN)
             )
