@@ -10,7 +10,7 @@ wrong place, so a gate refuses what is weakly supported: people look at what is 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import degrees, sqrt
+from math import degrees, radians, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -58,7 +58,8 @@ class Gate:
     hull_share: float = 0.03
     angle_deg: float = 15.0
     tolerance_px: float = 6.0  # of a picture 2560 px wide
-    uncertainty_deg: float = 0.04  # standard deviation, all three axes together
+    # Standard deviation, all three axes together; 0.02 degree for the paper's camera.
+    uncertainty_px: float = 2.3
     fewest_features: int = 100
     # A second motion with this share of the support (a ship across the picture) is a doubt.
     rival_share: float = 0.5
@@ -215,7 +216,7 @@ def _judged(
         covariance=exact.covariance,
         keyframe_ids=tuple(keyframe.image_id for keyframe in asked),
     )
-    refusal = _refusal(turn, gate)
+    refusal = _refusal(turn, float(intrinsics.focal_px.mean()), gate)
     if refusal is None and _has_rival(pairs, fit, turn, tolerance_rad, gate):
         refusal = Refusal.TWO_MOTIONS
     return replace(turn, refusal=refusal)
@@ -257,14 +258,14 @@ def _fit(pairs: _Pairs, tolerance_rad: float, gate: Gate) -> RotationFit | None:
     )
 
 
-def _refusal(turn: Turn, gate: Gate) -> Refusal | None:
+def _refusal(turn: Turn, focal_px: float, gate: Gate) -> Refusal | None:
     if turn.inliers < gate.inliers:
         return Refusal.TOO_FEW_INLIERS
     if turn.hull_share < gate.hull_share:
         return Refusal.TOO_SMALL_AREA
     if turn.angle_deg > gate.angle_deg:
         return Refusal.TURNED_TOO_FAR
-    if turn.uncertainty_deg > gate.uncertainty_deg:
+    if radians(turn.uncertainty_deg) * focal_px > gate.uncertainty_px:
         return Refusal.UNCERTAIN
     return None
 

@@ -185,7 +185,7 @@ def test_a_gate_can_be_stricter(features: list[Features], intrinsics: Intrinsics
         (Gate(inliers=5000), Refusal.TOO_FEW_INLIERS),
         (Gate(hull_share=0.99), Refusal.TOO_SMALL_AREA),
         (Gate(angle_deg=1.5), Refusal.TURNED_TOO_FAR),
-        (Gate(uncertainty_deg=1e-4), Refusal.UNCERTAIN),
+        (Gate(uncertainty_px=0.01), Refusal.UNCERTAIN),
     ):
         turn = find_turn(features[FOGGY], intrinsics, bank, gate)
         assert turn.refusal is refusal
