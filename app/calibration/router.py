@@ -40,9 +40,9 @@ Registrar = Annotated[Access, allowed(Scope.REGISTER)]
 def start(
     camera_id: int,
     files: list[UploadFile],
-    columns: Annotated[int, Form(ge=3, le=40, description="Inner corners in a row")],
-    rows: Annotated[int, Form(ge=3, le=40, description="Inner corners in a column")],
-    square_mm: Annotated[float, Form(gt=0, le=2000, description="Side of a square")],
+    columns: Annotated[int, Form(ge=3, le=40, description="Inner corners in a row", examples=[9])],
+    rows: Annotated[int, Form(ge=3, le=40, description="Inner corners in a column", examples=[6])],
+    square_mm: Annotated[float, Form(gt=0, le=2000, description="Side of a square", examples=[30])],
     database: DatabaseDep,
     storage: StorageDep,
     settings: SettingsDep,

@@ -96,7 +96,7 @@ def _multipart(app: FastAPI, schema: Any, example: Any) -> dict[str, Any]:
     files = {
         name
         for name, field in schema["properties"].items()
-        if "contentMediaType" in resolved(app.openapi(), field)
+        if "contentMediaType" in resolved(app.openapi(), field).get("items", field)
     }
     return {
         "files": dict.fromkeys(files & set(schema.get("required", ())), ("x.png", ONE_PIXEL)),
