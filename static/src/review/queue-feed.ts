@@ -57,6 +57,7 @@ export class QueueFeed implements Feed {
     this.remaining = queue.progress.total - queue.progress.done;
     session.setExtent(queue.unit, queue.progress.total, queue.progress.done);
     session.expectsOpinions = this.isDouble;
+    session.isBlind = queue.double;
   }
 
   get title(): string {

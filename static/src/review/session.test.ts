@@ -234,6 +234,13 @@ describe("moving", () => {
     expect(session.posesOfImage(10)).toHaveLength(2);
   });
 
+  it("keeps the verdicts of others to itself in a double review", () => {
+    const session = new ReviewSession();
+    session.isBlind = true;
+    session.take([aPose({ id: 1, imageId: 10, grade: "bad" })], () => true);
+    expect(session.gradeOf(1)).toBeNull();
+  });
+
   it("is empty without poses, and says so instead of failing", () => {
     const session = new ReviewSession();
     session.step(1);

@@ -45,6 +45,8 @@ export class ReviewSession {
   readonly verdicts = new Verdicts();
   /** Whether several people are meant to judge the same. */
   expectsOpinions = false;
+  /** Whether the verdicts of others are kept from the reviewer, so that theirs is their own. */
+  isBlind = false;
   private readonly groups = new Map<number, Group>();
   private readonly due = new Set<string>();
   private flat: Stop[] | null = null;
@@ -73,7 +75,7 @@ export class ReviewSession {
         (a, b) => a.id - b.id,
       );
       // A list asked for before a grade arrived is older than the decision made here.
-      this.verdicts.tell(pose.id, pose.mine ?? pose.review);
+      this.verdicts.tell(pose.id, pose.mine ?? (this.isBlind ? null : pose.review));
       if (isDue(pose)) {
         this.verdicts.forgetOld(pose.id);
         this.due.add(keyOf(pose.id));
