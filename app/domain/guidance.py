@@ -61,6 +61,7 @@ def next_point(
     if after[best] > (1 - _WORTH_SAYING) * before:
         return None
     near, far = ranges[best] / _HALF_RANGE, ranges[best] * _HALF_RANGE
+    with_it, without = _told_apart(after[best], before)
     return NextPoint(
         box_px=boxes[best],
         range_m=(near, far),
@@ -69,9 +70,18 @@ def next_point(
         sentence=(
             f"The next keypoint helps most in the {_part(boxes[best], registration.intrinsics)} of "
             f"the image, {_rounded(near)} to {_rounded(far)} m away: water 300 m away would be "
-            f"sure to {after[best]:.1f} px instead of {before:.1f} px."
+            f"sure to {with_it} px instead of {without} px."
         ),
     )
+
+
+def _told_apart(after: float, before: float) -> tuple[str, str]:
+    """Write two figures with as few decimals, at most three, as show that they differ."""
+    for digits in (1, 2, 3):
+        texts = f"{after:.{digits}f}", f"{before:.{digits}f}"
+        if texts[0] != texts[1]:
+            break
+    return texts
 
 
 def emptiest_part(keypoints: Keypoints, image: Intrinsics) -> NextPoint:
