@@ -10,7 +10,12 @@ export function enableFlashes(root: Document): void {
   });
 }
 
-/** Shows a message in the page's flash area, once however often it is said; errors are announced. */
+const LINGER_MS = 10_000;
+
+/**
+ * Shows a message in the page's flash area, once however often it is said; errors are announced.
+ * Good news leaves by itself, so that nothing lies over the work; what needs an answer stays.
+ */
 export function showFlash(message: string, tone: Tone): void {
   const area = document.querySelector("[data-flashes]");
   if (area === null) {
@@ -34,4 +39,18 @@ export function showFlash(message: string, tone: Tone): void {
   close.textContent = "Dismiss";
   flash.append(text, close);
   area.append(flash);
+  if (tone === "success" || tone === "info") {
+    leaveLater(flash);
+  }
+}
+
+/** Removes a message after a while, but not from under a pointer or the focus. */
+function leaveLater(flash: HTMLElement): void {
+  setTimeout(() => {
+    if (flash.matches(":hover, :focus-within")) {
+      leaveLater(flash);
+    } else {
+      flash.remove();
+    }
+  }, LINGER_MS);
 }
