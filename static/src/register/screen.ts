@@ -64,7 +64,7 @@ export class RegisterScreen {
     this.split();
     this.pane = new ImagePane(part(root, "viewer"), editor);
     this.map = new MapPane(part(root, "map"), editor, tilesOf(root));
-    this.layers = new LayersMenu(root, this.pane);
+    this.layers = new LayersMenu(root, this.pane, editor);
     this.tabs = new SideTabs(root);
     const choose = (key: string): void => {
       editor.select(key);

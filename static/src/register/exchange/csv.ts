@@ -44,8 +44,8 @@ export function readCsv(text: string): ImportLine[] {
   const hasHead = head.includes("name") || head.includes("lat_deg") || head.includes("u_px");
   const unknown = hasHead ? head.filter((cell) => !isColumn(cell)) : [];
   if (unknown.length > 0 || (hasHead && !head.includes("name"))) {
-    const why = unknown.length > 0 ? `does not know “${unknown.join("”, “")}”` : "misses “name”";
-    return [{ line: first.number, error: `The header ${why}. Columns are ${COLUMNS.join(", ")}.` }];
+    const why = unknown.length > 0 ? `The header has unknown columns: “${unknown.join("”, “")}”` : "The header misses “name”";
+    return [{ line: first.number, error: `${why}. Columns are ${COLUMNS.join(", ")}.` }];
   }
   const columns: readonly string[] = hasHead ? head : COLUMNS;
   return lines

@@ -50,7 +50,7 @@ describe("CSV", () => {
       expect.stringContaining("name is missing"),
     ]);
     expect(readCsv("")[0]?.error).toContain("empty");
-    expect(readCsv("name,x,y\nA,1,2")[0]?.error).toContain("does not know “x”");
+    expect(readCsv("name,x,y\nA,1,2")[0]?.error).toContain("unknown columns: “x”");
   });
 });
 

@@ -30,7 +30,7 @@ export function askImport(dialog: HTMLDialogElement, fileName: string, plan: Imp
   const { errors, changes } = plan;
   part(dialog, "import-summary").textContent = summary(errors, changes);
   const take = part(dialog, "import-take") as HTMLButtonElement;
-  take.disabled = changes === 0;
+  take.hidden = changes === 0;
   take.textContent = errors > 0 ? `Import the ${changes} good line${changes === 1 ? "" : "s"}` : `Import ${changes} keypoint${changes === 1 ? "" : "s"}`;
   dialog.returnValue = "";
   dialog.showModal();

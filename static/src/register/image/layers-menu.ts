@@ -1,5 +1,6 @@
 /** What is drawn on the photograph: ticked in a menu, remembered in this browser. */
 import { part } from "../../page/parts";
+import type { Editor } from "../editor";
 import type { ImagePane } from "./image-pane";
 import { ARROW_SCALES, type ArrowScale } from "./residual-layer";
 import { WATER_PARTS } from "./water-layer";
@@ -21,6 +22,7 @@ export class LayersMenu {
   constructor(
     private readonly root: HTMLElement,
     private readonly pane: ImagePane,
+    private readonly editor: Editor,
   ) {
     this.menu = part(root, "layers");
     this.opener = part(root, "layers-opener");
@@ -29,6 +31,11 @@ export class LayersMenu {
     this.restore();
     this.menu.addEventListener("change", () => {
       this.apply();
+    });
+    editor.listen((changes) => {
+      if (changes.has("figures")) {
+        this.showLegend();
+      }
     });
     this.apply();
   }
@@ -82,9 +89,14 @@ export class LayersMenu {
       }
     }
     pane.loupe.isOn = this.isOn("loupe");
-    part(this.root, "heat-legend").hidden = !this.isOn("heat");
+    this.showLegend();
     pane.viewer.requestRender();
     this.keep(scale);
+  }
+
+  /** Colours are explained only where a solution has coloured the water. */
+  private showLegend(): void {
+    part(this.root, "heat-legend").hidden = !this.isOn("heat") || this.editor.figures === null;
   }
 
   private keep(arrows: number): void {

@@ -24,7 +24,7 @@ describe("parseAngle", () => {
     ["53 10 61 N", "61 seconds are too many"],
     ["53.5 20 N", "Only the last part"],
     ["9 58 48 E", "latitude and longitude exchanged"],
-    ["91.2", "between -90 and 90"],
+    ["91.2", "between −90 and 90, not 91.2."],
     ["-53 N", "both a minus sign and N"],
     ["53 -12 N", "Only the degrees"],
     ["north", "is no coordinate"],

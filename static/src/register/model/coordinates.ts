@@ -26,7 +26,7 @@ export function parseAngle(text: string, axis: Axis): Parsed<number> {
   const letters = trimmed.match(/[NSEWO](?![A-Z])/g) ?? [];
   const rest = trimmed.replace(/[NSEWO](?![A-Z])/g, " ");
   if (/[A-CE-LN-RT-Z]/.test(rest)) {
-    return { error: `${name} “${text.trim()}” is no coordinate; write ${EXAMPLES[axis]}.` };
+    return { error: `The ${name} “${text.trim()}” is no coordinate; write ${EXAMPLES[axis]}.` };
   }
   if (letters.length > 1) {
     return { error: `The ${name} names ${letters.length} hemispheres (${letters.join(", ")}); keep one.` };
@@ -39,7 +39,7 @@ export function parseAngle(text: string, axis: Axis): Parsed<number> {
   const parts = rest.replace(/,/g, ".").match(/[+-]?\d+(?:\.\d*)?|[+-]?\.\d+/g) ?? [];
   const leftover = rest.replace(/,/g, ".").replace(/[\d.+\-\s°º˚'’′"”″:DMS]/g, "");
   if (parts.length === 0 || parts.length > 3 || leftover !== "") {
-    return { error: `${name} “${text.trim()}” is no coordinate; write ${EXAMPLES[axis]}.` };
+    return { error: `The ${name} “${text.trim()}” is no coordinate; write ${EXAMPLES[axis]}.` };
   }
   return combine(parts, letter, axis);
 }
@@ -66,7 +66,7 @@ function combine(parts: readonly string[], letter: string | undefined, axis: Axi
   }
   const size = Math.abs(degrees) + minutes / 60 + seconds / 3600;
   if (size > LIMITS[axis]) {
-    return { error: `A ${name} lies between -${LIMITS[axis]} and ${LIMITS[axis]}, not ${size.toFixed(4)}.` };
+    return { error: `A ${name} lies between −${LIMITS[axis]} and ${LIMITS[axis]}, not ${Number(size.toFixed(4))}.` };
   }
   return { value: isNegative || letter === "S" || letter === "W" ? -size : size };
 }

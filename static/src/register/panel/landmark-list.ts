@@ -82,7 +82,7 @@ export class LandmarkList {
           ? point.pixel === null ? "needs a pixel" : "placed"
           : isProjected
             ? "seen by the fit"
-            : "not in the picture";
+            : this.editor.figures === null ? "not placed" : "not in the picture";
     button.append(
       element("span", "landmark__name", landmark.name),
       element("span", `landmark__state is-${point !== undefined ? "placed" : isProjected ? "projected" : "unseen"}`, state),
