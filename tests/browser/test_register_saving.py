@@ -49,10 +49,10 @@ def test_unsaved_work_survives_a_reload(editor: RegisterPage) -> None:
     moved = editor.pixel("Mark 01")
     editor.click_photograph(500, 400)
     editor.page.reload()
+    expect(editor.page.get_by_text("Your unsaved changes are back")).to_be_visible()
     editor.wait()
     assert editor.pixel("Mark 01") == pytest.approx(moved)
     assert editor.names()[0] == "Point 1"
-    expect(editor.page.get_by_text("Your unsaved changes are back")).to_be_visible()
     editor.viewer.focus()
     editor.press("u")
     assert editor.pixel("Mark 01")[1] == pytest.approx(moved[1] + 2)

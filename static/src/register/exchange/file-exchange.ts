@@ -63,7 +63,7 @@ export class FileExchange {
     });
     if (await askImport(this.dialog, file.name, plan)) {
       editor.edit(plan.points, `import ${file.name}`);
-      showFlash(`${plan.changes} keypoints imported. Save to keep them.`, "success");
+      showFlash(`${plan.changes} keypoint${plan.changes === 1 ? "" : "s"} imported. Save to keep ${plan.changes === 1 ? "it" : "them"}.`, "success");
     }
   }
 }
