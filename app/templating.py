@@ -46,7 +46,14 @@ NAVIGATION: tuple[tuple[str, str, Scope], ...] = (
     ("Admin", "/admin/users", Scope.ADMIN),
 )
 # Their pages lie below a site without saying so in their addresses.
-OF_SITES = ("/cameras/", "/viewports/", "/images/")
+OF_SITES = (
+    "/cameras/",
+    "/viewports/",
+    "/images/",
+    "/calibrations/",
+    "/reregistrations/",
+    "/pointings/",
+)
 
 
 @lru_cache(maxsize=1)
