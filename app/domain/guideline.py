@@ -32,7 +32,7 @@ class Guideline:
     hard_cases: tuple[str, ...]
 
 
-_OTHER = ReasonRule("other", "Other", "None of these; a comment says what.")
+_OTHER = ReasonRule("other", "Other", "Something else; a comment says what.")
 _FIRST = Guideline(
     version=1,
     grades=GUIDELINE,

@@ -87,6 +87,9 @@ async function feedOf(
   }
   const asked = Number(root.dataset["queue"] ?? "0");
   const queue = asked > 0 ? await queueById(asked) : await queueOfRun(runId);
+  if (asked === 0 && queue.progress.done >= queue.progress.total) {
+    return new RunFeed(runId, session, onMore); // all is graded: to be looked through
+  }
   return new QueueFeed(queue, session, onMore, (error) => {
     showFlash(`The next poses could not be fetched. ${explain(error)}`, "warning");
   });

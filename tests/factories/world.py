@@ -64,7 +64,7 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     session.add(box)
     session.flush()
     run_ids = _run(session, site, viewport, image, marker, mmsi)
-    turned = _reregistration(session, viewport, image, run_ids["registration_id"], marker)
+    turned = make_turned(session, viewport, image, run_ids["registration_id"], marker)
     return ids | {"image_id": image.id, "box_id": box.id} | run_ids | turned
 
 
@@ -115,9 +115,10 @@ def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) ->
     return image
 
 
-def _reregistration(
+def make_turned(
     session: Session, viewport: Viewport, image: Image, registration_id: int, marker: str
 ) -> dict[str, int]:
+    """Insert a re-registration that found one pointing, and a calibration with one photograph."""
     row = Reregistration(
         site_id=image.site_id,
         viewport_id=viewport.id,
