@@ -126,14 +126,7 @@ def judge_frame(
             result.wrong += 1
             continue
         right.add(mmsi)
-        generated = BoxPose(
-            pose.centroid_in_cam_m,
-            pose.rotvec_cam_from_vessel,
-            pose.length_m,
-            pose.width_m,
-            pose.height_m,
-        )
-        result.errors.append(pose_error(generated, truth_box(true)))
+        result.errors.append(pose_error(BoxPose.of(pose), BoxPose.of(true)))
     matchable = {
         truth.mmsi
         for truth in frame.truth
@@ -148,17 +141,6 @@ def under(box_px: Box, truths: Sequence[VesselTruth]) -> VesselTruth | None:
     shown = [truth for truth in truths if truth.box_px is not None]
     best = best_covered(box_px, [truth.box_px for truth in shown if truth.box_px is not None])
     return None if best is None else shown[best]
-
-
-def truth_box(truth: VesselTruth) -> BoxPose:
-    """Return a true pose as a box."""
-    return BoxPose(
-        truth.centroid_in_cam_m,
-        truth.rotvec_cam_from_vessel,
-        truth.length_m,
-        truth.width_m,
-        truth.height_m,
-    )
 
 
 def interval(values: Sequence[float]) -> str:

@@ -51,14 +51,7 @@ def errors(stead: Roadstead, settings: FusionSettings) -> FloatArray:
 
 def error_of(pose: FusedPose, ship: Anchored) -> list[float]:
     """Return the absolute errors of one pose."""
-    generated = BoxPose(
-        pose.centroid_in_cam_m,
-        pose.rotvec_cam_from_vessel,
-        pose.length_m,
-        pose.width_m,
-        pose.height_m,
-    )
-    error = pose_error(generated, ship.truth)
+    error = pose_error(BoxPose.of(pose), ship.truth)
     return [abs(getattr(error, name)) for name in FIGURES]
 
 

@@ -9,15 +9,41 @@ hand, the water level on the other.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees
+from typing import Protocol, Self
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from app.domain.arrays import FloatArray
 
 Box = tuple[float, float, float, float]
 # Less than this is a box beside the vessel, not of it.
 LEAST_IOU = 0.1
+
+
+class HasBoxPose(Protocol):
+    """What has a box's pose among much else: a generated pose, a true one, a row of either."""
+
+    @property
+    def centroid_in_cam_m(self) -> npt.ArrayLike:
+        """Centroid (3,) in the camera frame."""
+
+    @property
+    def rotvec_cam_from_vessel(self) -> npt.ArrayLike:
+        """Rodrigues vector (3,)."""
+
+    @property
+    def length_m(self) -> float:
+        """Along x_v."""
+
+    @property
+    def width_m(self) -> float:
+        """Along y_v."""
+
+    @property
+    def height_m(self) -> float:
+        """Along z_v."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +58,17 @@ class BoxPose:
     length_m: float
     width_m: float
     height_m: float
+
+    @classmethod
+    def of(cls, pose: HasBoxPose) -> Self:
+        """Return the box of whatever has one."""
+        return cls(
+            np.asarray(pose.centroid_in_cam_m, dtype=np.float64),
+            np.asarray(pose.rotvec_cam_from_vessel, dtype=np.float64),
+            pose.length_m,
+            pose.width_m,
+            pose.height_m,
+        )
 
     @property
     def axes_in_cam(self) -> FloatArray:

@@ -23,7 +23,7 @@ from app.evaluation.review_figures import review_figures
 from app.evaluation.review_progress import review_progress
 from app.evaluation.router import AskedDep, BinWidth, Reader, viewer_of
 from app.evaluation.schemas import describe, sample_of
-from app.evaluation.selection import Selection
+from app.evaluation.selection import Asked, Selection
 from app.runs import service as runs
 from app.sites import service as sites
 from app.tables.queues import QueueUnit
@@ -133,11 +133,9 @@ def _place(session: Session, chosen: Selection) -> str:
     return ""
 
 
-@router.get("/evaluation")
-def show_overview(
-    request: Request, session: SessionDep, access: Reader, asked: AskedDep
+def _show_progress(
+    request: Request, session: Session, access: Access, asked: Asked, template: str
 ) -> Response:
-    """Show what can be evaluated, and how far the review is."""
     chosen = selection.select(session, access, asked)
     progress = review_progress(session, chosen, access.user_id)
     return show_in_frame(
@@ -145,9 +143,17 @@ def show_overview(
         session,
         access,
         chosen,
-        "evaluation/overview.html",
+        template,
         progress=review_schemas.progress_out(progress),
     )
+
+
+@router.get("/evaluation")
+def show_overview(
+    request: Request, session: SessionDep, access: Reader, asked: AskedDep
+) -> Response:
+    """Show what can be evaluated, and how far the review is."""
+    return _show_progress(request, session, access, asked, "evaluation/overview.html")
 
 
 @router.get("/evaluation/progress")
@@ -155,16 +161,7 @@ def show_progress(
     request: Request, session: SessionDep, access: Reader, asked: AskedDep
 ) -> Response:
     """Show how far a review is, filling as people grade."""
-    chosen = selection.select(session, access, asked)
-    progress = review_progress(session, chosen, access.user_id)
-    return show_in_frame(
-        request,
-        session,
-        access,
-        chosen,
-        "evaluation/progress.html",
-        progress=review_schemas.progress_out(progress),
-    )
+    return _show_progress(request, session, access, asked, "evaluation/progress.html")
 
 
 @router.get("/evaluation/reviews")

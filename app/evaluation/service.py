@@ -9,7 +9,6 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from sqlalchemy.orm import Session
 
 from app.domain.metrics import BoxPose, PoseError, Spread, best_covered, pose_error, spread
@@ -52,7 +51,7 @@ def against_truth(session: Session, run_ids: Sequence[int]) -> TruthFigures | No
             wrong += 1
             continue
         matched.add((pose.image_id, pose.mmsi))
-        errors.append(pose_error(_box(pose), _box(true)))
+        errors.append(pose_error(BoxPose.of(pose), BoxPose.of(true)))
     matchable = {
         (truth.image_id, truth.mmsi)
         for truth in truths
@@ -77,13 +76,3 @@ def _vessel_under(pose: Pose, truths: Sequence[VesselTruth]) -> VesselTruth | No
     silhouettes = [(truth.x1_px, truth.y1_px, truth.x2_px, truth.y2_px) for truth in truths]
     best = best_covered((box.x1_px, box.y1_px, box.x2_px, box.y2_px), silhouettes)
     return None if best is None else truths[best]
-
-
-def _box(row: Pose | VesselTruth) -> BoxPose:
-    return BoxPose(
-        centroid_in_cam_m=np.array(row.centroid_in_cam_m),
-        rotvec_cam_from_vessel=np.array(row.rotvec_cam_from_vessel),
-        length_m=row.length_m,
-        width_m=row.width_m,
-        height_m=row.height_m,
-    )

@@ -39,7 +39,7 @@ def judge(
     foot, true_foot = pose.corners_in_image_px[:4], true.corners_in_image_px[:4]
     if None in foot or None in true_foot:
         return None
-    error = pose_error(_box(pose), _box(true))
+    error = pose_error(BoxPose.of(pose), BoxPose.of(true))
     return judge_box(
         BoxErrors(
             position=foot_offset(np.array(foot), np.array(true_foot), silhouettes[best]),
@@ -47,14 +47,4 @@ def judge(
             height=error.height_m / true.height_m,
             length=(pose.length_m - true.length_m) / true.length_m,
         )
-    )
-
-
-def _box(row: Pose | VesselTruth) -> BoxPose:
-    return BoxPose(
-        centroid_in_cam_m=np.array(row.centroid_in_cam_m),
-        rotvec_cam_from_vessel=np.array(row.rotvec_cam_from_vessel),
-        length_m=row.length_m,
-        width_m=row.width_m,
-        height_m=row.height_m,
     )

@@ -1,4 +1,4 @@
-"""SQL of review queues: making them, taking leases, giving them back.
+"""SQL of review queues: finding them, taking leases, giving them back.
 
 On SQLite one writing transaction at a time sees and takes what is free. On Postgres rows that
 somebody else is just taking are skipped; with double review the queue itself is locked, because a
@@ -17,8 +17,8 @@ from app.ids import LARGEST_ROW_ID
 from app.paging import Paging, fetch_page
 from app.tables.imagery import Image
 from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue, ReviewQueueItem
-from app.tables.reviews import ImageCompletion, Review, verdict_order
-from app.tables.runs import Match, Pose, Run, RunImage
+from app.tables.reviews import Review
+from app.tables.runs import Run
 
 _OPEN = ReviewQueueItem.done_at.is_(None)
 _STANDING = Review.replaced_at.is_(None)
@@ -66,7 +66,6 @@ _QUEUE = (
     .join(Run, Run.id == ReviewQueue.run_id)
     .where(ReviewQueue.id == sa.bindparam("queue_id"))
 )
-ROWS_AT_ONCE = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,14 +114,6 @@ class LeasedItem:
     image_id: int
     pose_id: int | None
     leased_until: datetime
-
-
-@dataclass(frozen=True, slots=True)
-class Unit:
-    """Something that can be put into a queue: an image, or a pose in it."""
-
-    image_id: int
-    pose_id: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,89 +169,6 @@ def alike(session: Session, queue: ReviewQueue) -> ReviewQueue | None:
         .order_by(ReviewQueue.id.desc())
         .limit(1)
     ).first()
-
-
-def images_in_time(session: Session, run_id: int) -> Sequence[Unit]:
-    """Return the usable images of a run in the order of their time, with and without poses."""
-    rows = session.scalars(
-        sa.select(RunImage.image_id)
-        .join(Image, Image.id == RunImage.image_id)
-        .where(
-            RunImage.run_id == run_id,
-            RunImage.done_at.is_not(None),
-            RunImage.error.is_(None),
-            Image.deleted_at.is_(None),
-        )
-        .order_by(RunImage.position)
-    )
-    return [Unit(image_id, None) for image_id in rows]
-
-
-def poses_in_time(
-    session: Session, run_id: int, *conditions: sa.ColumnElement[bool]
-) -> Sequence[Unit]:
-    """Return the poses of a run in the order of their images' time, those that are wanted."""
-    rows = session.execute(
-        sa.select(Pose.image_id, Pose.id)
-        .join(Image, Image.id == Pose.image_id)
-        .where(Pose.run_id == run_id, Image.deleted_at.is_(None), *conditions)
-        .order_by(Image.captured_at, Image.id, Pose.id)
-    )
-    return [Unit(row[0], row[1]) for row in rows]
-
-
-def costs_and_flags(
-    session: Session, run_id: int
-) -> Mapping[int, tuple[int, float, Sequence[str]]]:
-    """Return (image, cost, flags) of each pose of a run."""
-    rows = session.execute(
-        sa.select(Pose.id, Pose.image_id, Match.cost, Pose.flags)
-        .join(Match, Match.id == Pose.match_id)
-        .where(Pose.run_id == run_id)
-    )
-    return {row[0]: (row[1], row[2], row[3]) for row in rows}
-
-
-def graders(session: Session, run_id: int) -> Mapping[int, Sequence[tuple[int | None, datetime]]]:
-    """Return who graded each pose of a run and when, the one whose verdict counts first."""
-    rows = session.execute(
-        sa.select(Review.pose_id, Review.user_id, Review.created_at)
-        .join(Pose, Pose.id == Review.pose_id)
-        .where(Pose.run_id == run_id, _STANDING)
-        .order_by(Review.pose_id, *verdict_order())
-    )
-    found: dict[int, list[tuple[int | None, datetime]]] = {}
-    for pose_id, user_id, created_at in rows:
-        found.setdefault(pose_id, []).append((user_id, created_at))
-    return found
-
-
-def completers(
-    session: Session, run_id: int
-) -> Mapping[int, Sequence[tuple[int | None, datetime]]]:
-    """Return who completed each image of a run and when."""
-    rows = session.execute(
-        sa.select(
-            ImageCompletion.image_id, ImageCompletion.user_id, ImageCompletion.created_at
-        ).where(ImageCompletion.run_id == run_id)
-    )
-    return {row[0]: [(row[1], row[2])] for row in rows}
-
-
-def units_in(session: Session, queue_id: int) -> tuple[set[tuple[int, int | None]], int]:
-    """Return the (image, pose) pairs a queue has, and its next position."""
-    rows = session.execute(
-        sa.select(
-            ReviewQueueItem.image_id, ReviewQueueItem.pose_id, ReviewQueueItem.position
-        ).where(ReviewQueueItem.queue_id == queue_id)
-    ).all()
-    return {(row[0], row[1]) for row in rows}, max((row[2] for row in rows), default=-1) + 1
-
-
-def add_items(session: Session, rows: Sequence[dict[str, object]]) -> None:
-    """Store items."""
-    for start in range(0, len(rows), ROWS_AT_ONCE):
-        session.execute(sa.insert(ReviewQueueItem), rows[start : start + ROWS_AT_ONCE])
 
 
 def take(

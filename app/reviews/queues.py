@@ -18,7 +18,9 @@ from app.domain.review_order import doubt, shuffled
 from app.errors import Invalid, NotFound
 from app.paging import Paging
 from app.reviews import queue_repository as repository
-from app.reviews.queue_repository import Counts, LeasedItem, OpenQueue, Unit
+from app.reviews import queue_unit_repository
+from app.reviews.queue_repository import Counts, LeasedItem, OpenQueue
+from app.reviews.queue_unit_repository import Unit
 from app.reviews.repository import pose_state
 from app.runs import service as runs
 from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue
@@ -109,7 +111,7 @@ def _draft(run: Run, choice: QueueChoice, user_id: int) -> ReviewQueue:
 
 def _fill(session: Session, queue: ReviewQueue) -> None:
     """Add the units a queue lacks."""
-    there, position = repository.units_in(session, queue.id)
+    there, position = queue_unit_repository.units_in(session, queue.id)
     units = [
         unit for unit in _ordered(session, queue) if (unit.image_id, unit.pose_id) not in there
     ]
@@ -130,15 +132,15 @@ def _fill(session: Session, queue: ReviewQueue) -> None:
                     "done_at": at,
                 }
             )
-    repository.add_items(session, rows)
+    queue_unit_repository.add_items(session, rows)
 
 
 def _judged(session: Session, queue: ReviewQueue) -> Graders:
     if queue.order in {QueueOrder.DISAGREEMENT, QueueOrder.SECOND_OPINION}:
         return {}
     if queue.unit is QueueUnit.IMAGE:
-        return repository.completers(session, queue.run_id)
-    return repository.graders(session, queue.run_id)
+        return queue_unit_repository.completers(session, queue.run_id)
+    return queue_unit_repository.graders(session, queue.run_id)
 
 
 def _ordered(session: Session, queue: ReviewQueue) -> Sequence[Unit]:
@@ -160,13 +162,13 @@ def _candidates(session: Session, queue: ReviewQueue) -> Sequence[Unit]:
         conditions = [pose_state("disagreement")]
         if queue.order is QueueOrder.SECOND_OPINION:
             conditions = [pose_state("graded"), ~pose_state("second_opinion")]
-        poses = repository.poses_in_time(session, queue.run_id, *conditions)
+        poses = queue_unit_repository.poses_in_time(session, queue.run_id, *conditions)
         if queue.unit is QueueUnit.POSE:
             return poses
         return [Unit(image_id, None) for image_id in dict.fromkeys(p.image_id for p in poses)]
     if queue.unit is QueueUnit.POSE:
-        return repository.poses_in_time(session, queue.run_id)
-    return repository.images_in_time(session, queue.run_id)
+        return queue_unit_repository.poses_in_time(session, queue.run_id)
+    return queue_unit_repository.images_in_time(session, queue.run_id)
 
 
 def _doubtful_first(session: Session, queue: ReviewQueue, units: Sequence[Unit]) -> Sequence[Unit]:
@@ -174,7 +176,9 @@ def _doubtful_first(session: Session, queue: ReviewQueue, units: Sequence[Unit])
     maximum = float(run.parameters.get("maximum_cost", 1.0))
     of_pose: dict[int, float] = {}
     of_image: dict[int, float] = {}
-    for pose_id, (image_id, cost, flags) in repository.costs_and_flags(session, run.id).items():
+    for pose_id, (image_id, cost, flags) in queue_unit_repository.costs_and_flags(
+        session, run.id
+    ).items():
         of_pose[pose_id] = doubt(cost, maximum, flags)
         of_image[image_id] = max(of_image.get(image_id, 0.0), of_pose[pose_id])
 

@@ -34,6 +34,7 @@ from app.tables.detection import ModelStatus
 from app.tables.identity import Role
 from app.tables.reviews import Review
 from app.tables.runs import Pose
+from tests.browser.review_page import ReviewPage
 from tests.factories import identity
 from tests.worker_process import ROOT, WorkerProcess, wait_until
 
@@ -293,3 +294,23 @@ def poses_of(api: httpx2.Client) -> Callable[[int], list[dict[str, Any]]]:
                 return poses
 
     return read
+
+
+@pytest.fixture
+def run_id(make_run: MakeRun) -> int:
+    """Give a run of which nobody has graded a pose."""
+    return make_run()
+
+
+@pytest.fixture
+def poses(run_id: int, poses_of: Callable[[int], list[dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Give the run's poses in the order of review."""
+    return poses_of(run_id)
+
+
+@pytest.fixture
+def review(page: Page, run_id: int) -> ReviewPage:
+    """Give the open review page."""
+    opened = ReviewPage(page)
+    opened.open(run_id)
+    return opened

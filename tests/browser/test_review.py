@@ -5,19 +5,13 @@ from typing import Any
 
 import httpx2
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
-from tests.browser.conftest import Complaints, MakeRun
+from tests.browser.conftest import Complaints
 from tests.browser.review_page import GRADE_OF_KEY, ReviewPage
 from tests.worker_process import wait_until
 
 Poses = list[dict[str, Any]]
-
-
-@pytest.fixture
-def run_id(make_run: MakeRun) -> int:
-    """Give a run of which nobody has graded a pose."""
-    return make_run()
 
 
 @pytest.fixture
@@ -26,14 +20,6 @@ def poses(run_id: int, poses_of: Callable[[int], Poses]) -> Poses:
     found = poses_of(run_id)
     assert len(found) >= 6
     return found
-
-
-@pytest.fixture
-def review(page: Page, run_id: int) -> ReviewPage:
-    """Give the open review page."""
-    opened = ReviewPage(page)
-    opened.open(run_id)
-    return opened
 
 
 def grade_of(api: httpx2.Client, pose_id: int) -> str | None:

@@ -1,6 +1,5 @@
 """The hand's way through a review: reasons, undo, the rest of an image, completeness, own keys."""
 
-from collections.abc import Callable
 from typing import Any
 
 import httpx2
@@ -8,30 +7,9 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.axe import findings
-from tests.browser.conftest import MakeRun
 from tests.browser.review_page import ReviewPage
 
 Poses = list[dict[str, Any]]
-
-
-@pytest.fixture
-def run_id(make_run: MakeRun) -> int:
-    """Give a run of which nobody has graded a pose."""
-    return make_run()
-
-
-@pytest.fixture
-def poses(run_id: int, poses_of: Callable[[int], Poses]) -> Poses:
-    """Give the run's poses in the order of review."""
-    return poses_of(run_id)
-
-
-@pytest.fixture
-def review(page: Page, run_id: int) -> ReviewPage:
-    """Give the open review page."""
-    opened = ReviewPage(page)
-    opened.open(run_id)
-    return opened
 
 
 def verdict_on(api: httpx2.Client, pose: dict[str, Any]) -> dict[str, Any] | None:

@@ -1,6 +1,6 @@
 """Nothing a reviewer did is lost or done twice: killed servers, closed tabs, two tabs at once."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from app.db import Database
 from app.storage import Storage
 from app.tables.identity import Role
 from app.tables.reviews import Review
-from tests.browser.conftest import Complaints, Installation, MakeRun
+from tests.browser.conftest import Complaints, Installation
 from tests.browser.review_page import ReviewPage
 from tests.factories import identity
 from tests.factories.imagery import photograph
@@ -25,18 +25,6 @@ from tests.factories.runs import make_run as insert_run
 from tests.server_process import ServerProcess
 
 Poses = list[dict[str, Any]]
-
-
-@pytest.fixture
-def run_id(make_run: MakeRun) -> int:
-    """Give a run of which nobody has graded a pose."""
-    return make_run()
-
-
-@pytest.fixture
-def poses(run_id: int, poses_of: Callable[[int], Poses]) -> Poses:
-    """Give the run's poses in the order of review."""
-    return poses_of(run_id)
 
 
 def reviews_of(api: httpx2.Client, pose: dict[str, Any]) -> list[str]:

@@ -1,10 +1,8 @@
 """Queues: one click begins, two people never hold the same, images are worked through as well."""
 
-from collections.abc import Callable
 from typing import Any
 
 import httpx2
-import pytest
 import sqlalchemy as sa
 from playwright.sync_api import Browser, Page, expect
 
@@ -12,24 +10,12 @@ from app.auth.authentication import SESSION_COOKIE
 from app.tables.identity import Role
 from app.tables.queues import ReviewQueue, ReviewQueueItem
 from tests.browser.axe import findings
-from tests.browser.conftest import Complaints, Installation, MakeRun
+from tests.browser.conftest import Complaints, Installation
 from tests.browser.review_page import ReviewPage
 from tests.factories import identity
 from tests.worker_process import wait_until
 
 Poses = list[dict[str, Any]]
-
-
-@pytest.fixture
-def run_id(make_run: MakeRun) -> int:
-    """Give a run of which nobody has graded a pose."""
-    return make_run()
-
-
-@pytest.fixture
-def poses(run_id: int, poses_of: Callable[[int], Poses]) -> Poses:
-    """Give the run's poses in the order of review."""
-    return poses_of(run_id)
 
 
 def test_review_begins_with_one_click_on_the_run(page: Page, run_id: int, poses: Poses) -> None:

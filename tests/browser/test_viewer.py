@@ -5,7 +5,7 @@ from math import hypot
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
 from tests.browser.conftest import MakeRun
 from tests.browser.review_page import ReviewPage
@@ -18,20 +18,6 @@ Poses = list[dict[str, Any]]
 def run_id(make_run: MakeRun) -> int:
     """Give a run that these tests only look at."""
     return make_run()
-
-
-@pytest.fixture
-def poses(run_id: int, poses_of: Callable[[int], Poses]) -> Poses:
-    """Give the run's poses in the order of review."""
-    return poses_of(run_id)
-
-
-@pytest.fixture
-def review(page: Page, run_id: int) -> ReviewPage:
-    """Give the open review page."""
-    opened = ReviewPage(page)
-    opened.open(run_id)
-    return opened
 
 
 def expect_drawn_at(review: ReviewPage, pose: dict[str, Any]) -> None:

@@ -7,12 +7,18 @@ export function enableDialogs(root: Document): void {
     }
     const opener = event.target.closest<HTMLElement>("[data-opens]");
     const id = opener?.dataset["opens"];
-    const dialog = id === undefined ? null : root.getElementById(id);
-    if (dialog instanceof HTMLDialogElement) {
-      dialog.showModal();
+    if (id !== undefined) {
+      openDialog(root, id);
     }
     if (event.target.closest("[data-closes]") !== null) {
       event.target.closest("dialog")?.close();
     }
   });
+}
+
+export function openDialog(root: Document, id: string): void {
+  const dialog = root.getElementById(id);
+  if (dialog instanceof HTMLDialogElement) {
+    dialog.showModal();
+  }
 }

@@ -3,10 +3,12 @@
  * decisions and the outbox. Every act of the reviewer changes the session first and then what is
  * shown; nothing waits for the network.
  */
+import { openDialog } from "../page/dialogs";
 import { showFlash } from "../page/flashes";
 import { part } from "../page/parts";
 import type { Viewer } from "../viewer/viewer";
 import { ReviewActs } from "./acts";
+import { Bookmarks } from "./bookmarks";
 import { CommentBox } from "./comment-box";
 import { GRADE_COMMANDS, REVIEW_COMMANDS } from "./commands";
 import { DecisionStrip } from "./decision-strip";
@@ -47,7 +49,7 @@ export class ReviewScreen {
   private readonly stopwatch = new Stopwatch();
   private readonly pace = new Pace();
   private readonly progress: ProgressView;
-  private readonly bookmarks = new Map<string, boolean>();
+  private readonly bookmarks: Bookmarks;
   /** Images whose other poses were asked for. */
   private readonly peopled = new Set<number>();
   private shownKey: string | null = null;
@@ -67,6 +69,7 @@ export class ReviewScreen {
         this.act(id);
       },
     });
+    this.bookmarks = new Bookmarks(parts.session);
     this.progress = new ProgressView(root, this.pace);
     this.reasons = new ReasonsMode(root, this.machine, parts.keymap, (decision, reasons) => {
       this.amend(decision, reasons);
@@ -128,10 +131,6 @@ export class ReviewScreen {
 
   setPeek(peeking: boolean): void {
     this.acts.setPeek(peeking);
-  }
-
-  setBookmark(key: string, on: boolean): void {
-    this.bookmarks.set(key, on);
   }
 
   /** Goes to a pose or an image; one that is not here yet is fetched. */
@@ -219,13 +218,15 @@ export class ReviewScreen {
         this.bookmark();
         break;
       case "review.comment":
-        this.comment();
+        if (this.parts.session.current !== null) {
+          this.comments.open(this.parts.session.current);
+        }
         break;
       case "review.figures":
         this.parts.figures.toggle();
         break;
       case "review.guideline":
-        openDialog("review-guideline");
+        openDialog(document, "review-guideline");
         break;
       case "review.help":
         this.parts.openHelp();
@@ -331,18 +332,10 @@ export class ReviewScreen {
   private bookmark(): void {
     const stop = this.parts.session.current;
     if (stop !== null) {
-      const on = !this.isBookmarked(stop.key);
-      this.bookmarks.set(stop.key, on);
+      const on = this.bookmarks.toggle(stop);
       this.parts.recorder.bookmark(stop.image, stop.pose, on);
       this.say(on ? "Bookmarked." : "Bookmark taken away.");
       this.show();
-    }
-  }
-
-  private comment(): void {
-    const stop = this.parts.session.current;
-    if (stop !== null) {
-      this.comments.open(stop);
     }
   }
 
@@ -367,18 +360,13 @@ export class ReviewScreen {
     );
   }
 
-  private isBookmarked(key: string): boolean {
-    const [, id] = key.split(":");
-    return this.bookmarks.get(key) ?? this.parts.session.pose(Number(id))?.bookmarked ?? false;
-  }
-
   private markButtons(grade: Grade | null): void {
     const { current, resting } = this.parts.session;
     for (const button of this.root.querySelectorAll<HTMLButtonElement>("[data-grade-button]")) {
       button.setAttribute("aria-pressed", String(button.dataset["grade"] === grade));
       button.disabled = (current?.pose ?? null) === null || resting;
     }
-    const bookmarked = current !== null && this.isBookmarked(current.key);
+    const bookmarked = current !== null && this.bookmarks.has(current);
     for (const button of this.root.querySelectorAll("[data-act='review.bookmark']")) {
       button.setAttribute("aria-pressed", String(bookmarked));
     }
@@ -406,12 +394,5 @@ export class ReviewScreen {
 
   private say(text: string): void {
     part(this.root, "announcement").textContent = text;
-  }
-}
-
-function openDialog(id: string): void {
-  const dialog = document.getElementById(id);
-  if (dialog instanceof HTMLDialogElement) {
-    dialog.showModal();
   }
 }

@@ -38,20 +38,9 @@ def errors_of(seed: int, how: FusionSettings, **changes: float) -> list[PoseErro
     stead = make_roadstead(seed, replace(RoadsteadSettings(), **changes))  # type: ignore[arg-type]  # numbers
     poses = poses_of(stead.camera, images_of(stead.ships), how)
     return [
-        pose_error(box_pose(pose), ship.truth)
+        pose_error(BoxPose.of(pose), ship.truth)
         for pose, ship in zip(poses, stead.ships, strict=True)
     ]
-
-
-def box_pose(pose: FusedPose) -> BoxPose:
-    """Give a generated pose as a box."""
-    return BoxPose(
-        pose.centroid_in_cam_m,
-        pose.rotvec_cam_from_vessel,
-        pose.length_m,
-        pose.width_m,
-        pose.height_m,
-    )
 
 
 @pytest.mark.parametrize(
