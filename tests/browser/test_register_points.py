@@ -113,6 +113,7 @@ def test_n_goes_to_the_next_worst(editor: RegisterPage) -> None:
     editor.press("n")
     expect(editor.mark(names[1])).to_be_focused()
     editor.page.get_by_role("button", name="Name", exact=True).click()
+    editor.settle()
     assert editor.names() == sorted(names)
 
 

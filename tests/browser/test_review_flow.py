@@ -118,6 +118,24 @@ def test_complete_says_what_is_missing_first(
     assert not is_complete()
 
 
+def test_a_key_pressed_as_a_dialog_closes_counts(review: ReviewPage) -> None:
+    """The field of a closed dialog keeps the focus for a frame; a quick hand's key is not lost."""
+    review.press("c")
+    expect(review.page.get_by_role("dialog", name="Comment on")).to_be_visible()
+    review.page.evaluate(
+        """() => {
+          const field = document.activeElement;
+          field.closest("dialog").close();
+          const key = { code: "KeyB", key: "b", bubbles: true, cancelable: true };
+          field.dispatchEvent(new KeyboardEvent("keydown", key));
+        }"""
+    )
+    bookmark = review.page.get_by_role("button", name="Bookmark")
+    expect(bookmark).to_have_attribute("aria-pressed", "true")
+    review.press("b")
+    review.expect_all_saved()
+
+
 def test_a_comment_and_a_bookmark_are_one_key_away(
     review: ReviewPage, poses: Poses, api: httpx2.Client
 ) -> None:

@@ -93,10 +93,13 @@ describe("the review keys", () => {
   });
 });
 
-it("keys are muted while somebody types, but not by a focused tick box or button", () => {
-  const at = (tagName: string, type?: string): boolean =>
-    isTyping({ tagName, isContentEditable: false, ...(type === undefined ? {} : { type }) });
+it("keys are muted while somebody types in a field in sight, not by a focused tick box or button", () => {
+  const checkVisibility = (): boolean => true;
+  const at = (tagName: string, type = ""): boolean =>
+    isTyping({ tagName, type, isContentEditable: false, checkVisibility });
   expect([at("TEXTAREA"), at("INPUT", "text"), at("SELECT")]).toEqual([true, true, true]);
   expect([at("INPUT", "checkbox"), at("BUTTON"), at("DIV")]).toEqual([false, false, false]);
-  expect(isTyping({ tagName: "DIV", isContentEditable: true })).toBe(true);
+  expect(isTyping({ tagName: "DIV", isContentEditable: true, checkVisibility })).toBe(true);
+  const gone = { tagName: "TEXTAREA", isContentEditable: false, checkVisibility: (): boolean => false };
+  expect(isTyping(gone)).toBe(false);
 });

@@ -115,9 +115,20 @@ export function keyNames(keymap: Keymap, command: Command): readonly string[] {
   return shown.map((code) => (command.shift === "with" ? `⇧ ${keyName(code)}` : keyName(code)));
 }
 
-/** Whether a key press is meant for the element that has the focus. */
-export function isTyping(target: { tagName: string; isContentEditable: boolean; type?: string }): boolean {
+/** What `isTyping` asks of the element that has the focus. */
+interface Focused {
+  readonly tagName: string;
+  readonly isContentEditable: boolean;
+  readonly type?: string;
+  checkVisibility(): boolean;
+}
+
+/**
+ * Whether a key press is meant for the element that has the focus. The field of a dialog that was
+ * just closed keeps the focus until the next frame: a quick hand's key is not meant for it.
+ */
+export function isTyping(target: Focused): boolean {
   const typed = ["INPUT", "TEXTAREA", "SELECT"].includes(target.tagName);
   const isTick = target.tagName === "INPUT" && ["checkbox", "radio"].includes(target.type ?? "");
-  return target.isContentEditable || (typed && !isTick);
+  return (target.isContentEditable || (typed && !isTick)) && target.checkVisibility();
 }
