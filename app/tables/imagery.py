@@ -4,6 +4,7 @@ from datetime import datetime
 from enum import StrEnum
 
 import sqlalchemy as sa
+from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, enum_type, now
@@ -16,10 +17,20 @@ class CaptureTimeSource(StrEnum):
     GIVEN = "given"
     EXIF = "exif"
     FILE_NAME = "file_name"
+    CSV = "csv"
+    FILE_TIME = "file_time"
+
+
+def _as_captured(context: DefaultExecutionContext) -> datetime:
+    moment: datetime = context.get_current_parameters()["captured_at"]
+    return moment
 
 
 class Image(Base):
-    """A photograph of a camera; the same bytes are one image of that camera."""
+    """A photograph of a camera; the same bytes are one image of that camera.
+
+    `captured_at_raw` is the moment its source told; `captured_at` is the one all else goes by.
+    """
 
     __tablename__ = "images"
 
@@ -36,7 +47,11 @@ class Image(Base):
     width_px: Mapped[int]
     height_px: Mapped[int]
     captured_at: Mapped[datetime]
+    captured_at_raw: Mapped[datetime] = mapped_column(default=_as_captured)
     captured_at_source: Mapped[CaptureTimeSource] = mapped_column(enum_type(CaptureTimeSource))
+    import_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("image_imports.id", ondelete="SET NULL"), index=True
+    )
     created_at: Mapped[datetime] = mapped_column(default=now)
     deleted_at: Mapped[datetime | None]
 
