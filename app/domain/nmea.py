@@ -14,6 +14,7 @@ from app.domain.ais_payload import RejectedMessageError, Reports, decode_payload
 from app.domain.nmea_assembly import FragmentAssembler
 from app.domain.nmea_lines import LineReader
 from app.domain.nmea_times import DISTANT, TimeReader
+from app.domain.rejects import RejectLog
 from app.domain.repeats import RepeatFilter
 
 
@@ -21,14 +22,15 @@ class NmeaDecoder:
     """Decodes lines one after another and keeps their accounting.
 
     `not_after` bounds plausible times: pass the present moment, with an allowance for clocks,
-    to refuse recordings from the future.
+    to refuse recordings from the future. `rejects` hears of each line that was not taken.
     """
 
-    def __init__(self, not_after: datetime = DISTANT) -> None:
-        self.accounting = Accounting()
+    def __init__(self, not_after: datetime = DISTANT, rejects: RejectLog | None = None) -> None:
+        self._rejects = rejects
+        self.accounting = Accounting() if rejects is None else rejects.accounting()
         sentences = self.accounting.sentences
         self._reader = LineReader(self.accounting.lines, sentences, TimeReader(not_after))
-        self._assembler = FragmentAssembler(sentences)
+        self._assembler = FragmentAssembler(sentences, rejects and rejects.orphaned)
         self._repeats = RepeatFilter()
 
     def feed(self, line: bytes | str, arrival: datetime | None = None) -> Reports:
@@ -44,11 +46,12 @@ class NmeaDecoder:
 
         """
         raw = line.encode("utf-8", "replace") if isinstance(line, str) else line
+        origin = self._rejects and self._rejects.at(raw)
         if arrival is not None:
             self._assembler.expire(arrival)
         reports: Reports = ()
         for sentence in self._reader.read(raw, arrival):
-            message = self._assembler.add(sentence, arrival)
+            message = self._assembler.add(sentence, arrival, origin)
             if message is not None:
                 reports += self._decode(*message)
         return reports

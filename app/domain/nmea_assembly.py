@@ -8,11 +8,13 @@ after a `$PGHP`) goes to the youngest message that lacks it. If two different te
 the same part, nobody can tell which belongs, and all of them are given up.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
 from app.domain.accounting import SentenceCounts
 from app.domain.nmea_lines import Sentence
+from app.domain.rejects import Origin
 
 _WINDOW = timedelta(seconds=5)
 _WINDOW_SENTENCES = 100  # where the input has no times at all
@@ -32,20 +34,27 @@ class _Open:
     sentence_index: int
     parts: dict[int, Sentence] = field(default_factory=dict)
     contradictions: int = 0
+    origins: list[Origin] = field(default_factory=list)  # of the parts, where somebody asks
 
 
 class FragmentAssembler:
-    """Joins the parts of multi-sentence messages; counts assembled and orphaned sentences."""
+    """Joins the parts of multi-sentence messages; counts assembled and orphaned sentences.
 
-    def __init__(self, sentences: SentenceCounts) -> None:
+    `on_orphan` hears where each orphaned part stood, if it was added with its origin.
+    """
+
+    def __init__(
+        self, sentences: SentenceCounts, on_orphan: Callable[[Origin], None] | None = None
+    ) -> None:
         self._sentences = sentences
+        self._on_orphan = on_orphan
         self._index = 0
         self._serial = 0
         self._open: dict[int, _Open] = {}  # by serial number, oldest first
         self._by_key: dict[_Key, list[int]] = {}
 
     def add(
-        self, sentence: Sentence, arrival: datetime | None = None
+        self, sentence: Sentence, arrival: datetime | None = None, origin: Origin | None = None
     ) -> tuple[bytes, int, datetime | None] | None:
         """Return payload, fill bits and reception time once a message is complete."""
         self._index += 1
@@ -56,8 +65,12 @@ class FragmentAssembler:
         message = self._open[serial]
         if message.contradictions or sentence.fragment_number in message.parts:
             message.contradictions += 1
+            if self._on_orphan and origin:  # it cannot become whole any more
+                self._on_orphan(origin)
             return None
         message.parts[sentence.fragment_number] = sentence
+        if origin:
+            message.origins.append(origin)
         message.source = message.source or sentence.source
         message.received_at = message.received_at or sentence.received_at
         if len(message.parts) < sentence.fragment_count:
@@ -117,6 +130,9 @@ class FragmentAssembler:
     def _orphan(self, serial: int) -> None:
         message = self._close(serial)
         self._sentences.orphaned += len(message.parts) + message.contradictions
+        for origin in message.origins:
+            if self._on_orphan:
+                self._on_orphan(origin)
 
     def _close(self, serial: int) -> _Open:
         message = self._open.pop(serial)
