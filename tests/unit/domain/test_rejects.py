@@ -37,8 +37,8 @@ def test_each_reject_is_told_with_its_line() -> None:
 
 def test_parts_that_contradict_each_other_are_all_told() -> None:
     """Where two texts claim to be the same part, all of them are told, each once."""
-    sequence = FIRST.split(",")[3]
-    told, decoder = rejects_of([AT + FIRST, AT + sentence("53:B", f"2,1,{sequence}"), AT + SECOND])
+    other = sentence("53:B", f"2,1,{FIRST.split(',')[3]}", tag=FIRST[1:6])
+    told, decoder = rejects_of([AT + FIRST, AT + other, AT + SECOND])
     assert sorted(reject.line for reject in told) == [1, 2, 3]
     assert decoder.accounting.sentences.orphaned == 3
 
