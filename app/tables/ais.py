@@ -1,7 +1,7 @@
 """AIS: files with their accounting, position and static reports, the vessels they speak of.
 
 A file belongs to one site, or to all of them when `site_id` is empty: a receiver often covers more
-than one camera.
+than one camera. A report came from a file or from a live feed.
 """
 
 from datetime import datetime
@@ -13,6 +13,12 @@ from sqlalchemy.orm import Mapped, mapped_column
 from app.db import Base, now
 
 WideId = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
+
+
+def _of_feeds(name: str) -> sa.Index:
+    """Return an index of what came live, which costs the reports of files nothing."""
+    live = sa.text("feed_id IS NOT NULL")
+    return sa.Index(name, "feed_id", sqlite_where=live, postgresql_where=live)
 
 
 class AisFile(Base):
@@ -51,6 +57,7 @@ class AisPosition(Base):
     file_id: Mapped[int | None] = mapped_column(
         sa.ForeignKey("ais_files.id", ondelete="CASCADE"), index=True
     )
+    feed_id: Mapped[int | None] = mapped_column(sa.ForeignKey("ais_feeds.id", ondelete="CASCADE"))
     mmsi: Mapped[int]
     fix_time: Mapped[datetime]
     received_at: Mapped[datetime]
@@ -68,6 +75,7 @@ class AisPosition(Base):
     __table_args__ = (
         sa.Index("ix_ais_positions_vessel_time", "mmsi", "fix_time"),
         sa.Index("ix_ais_positions_time", "fix_time"),
+        _of_feeds("ix_ais_positions_feed_id"),
     )
 
 
@@ -81,6 +89,7 @@ class AisStatic(Base):
     file_id: Mapped[int | None] = mapped_column(
         sa.ForeignKey("ais_files.id", ondelete="CASCADE"), index=True
     )
+    feed_id: Mapped[int | None] = mapped_column(sa.ForeignKey("ais_feeds.id", ondelete="CASCADE"))
     mmsi: Mapped[int]
     received_at: Mapped[datetime]
     name: Mapped[str | None] = mapped_column(sa.String(64))
@@ -93,7 +102,10 @@ class AisStatic(Base):
     to_starboard_m: Mapped[float | None]
     mothership_mmsi: Mapped[int | None]
 
-    __table_args__ = (sa.Index("ix_ais_statics_vessel_time", "mmsi", "received_at"),)
+    __table_args__ = (
+        sa.Index("ix_ais_statics_vessel_time", "mmsi", "received_at"),
+        _of_feeds("ix_ais_statics_feed_id"),
+    )
 
 
 class Vessel(Base):

@@ -1,4 +1,4 @@
-"""Which workers live, and how often a job was taken over from a dead one."""
+"""Which workers live, what each of them holds, and how often a job was taken over."""
 
 from datetime import datetime
 
@@ -29,3 +29,18 @@ class Takeover(Base):
     workflow_id: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
     attempts: Mapped[int] = mapped_column(default=0)
     last_at: Mapped[datetime] = mapped_column(default=now)
+
+
+class Lease(Base):
+    """Which worker does something that only one may do at a time, such as listening to a feed.
+
+    `epoch` grows with every change of hands: whoever writes under an old one is refused.
+    """
+
+    __tablename__ = "leases"
+
+    name: Mapped[str] = mapped_column(sa.String(128), primary_key=True)
+    holder: Mapped[str | None] = mapped_column(sa.String(64))
+    epoch: Mapped[int] = mapped_column(sa.BigInteger)
+    taken_at: Mapped[datetime]
+    renewed_at: Mapped[datetime]
