@@ -31,7 +31,7 @@ class FileState(StrEnum):
     WAITING = "waiting"  # announced; not here, or only a part of it
     STAGED = "staged"  # a photograph whose bytes are stored
     KNOWN = "known"  # the camera has these bytes already
-    REPEATED = "repeated"  # the same bytes as another file of the batch
+    SKIPPED = "skipped"  # hidden, or made by a system: not wanted
     REFUSED = "refused"  # not taken, for the reason told
     UNPACKED = "unpacked"  # an archive whose photographs are files of their own now
 
@@ -51,7 +51,6 @@ class ImageImport(Base):
         enum_type(ImportStatus), default=ImportStatus.COLLECTING
     )
     times: Mapped[dict[str, Any]] = mapped_column(Json)
-    skipped_count: Mapped[int] = mapped_column(default=0)
     image_count: Mapped[int] = mapped_column(default=0)
     created_at: Mapped[datetime] = mapped_column(default=now)
     created_by_id: Mapped[int | None] = mapped_column(
