@@ -1,43 +1,41 @@
-"""AIS from a plain table: one row a position, with the vessel's statics in the same row if known.
+"""AIS from a table: one row a position, with the vessel's statics in the same row if known.
 
     mmsi,time,lat,lon,sog,cog[,heading,rot,to_bow,to_stern,to_port,to_starboard,name,ship_type]
 
-With a header the columns may stand in any order and others are ignored; without one they stand
-as above. Units: degrees, knots, degrees per minute, metres; `time` is an ISO date (UTC unless it
-says otherwise) or an epoch in seconds. Empty cells and AIS's own "not available" values become
-None. A bad row costs that row only, and is named with its line, its column and what to do.
+is a plain one; others are read by a mapping, which is proposed from their header and values where
+none is given. Units: degrees, knots, degrees per minute, metres. A table that knows only length
+and width gives a hull whose reference point is unknown: A = C = 0, as transponders say it. A bad
+row costs that row only, and is named with its line, its column and what to do.
 """
 
 import csv
-import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import datetime
+from itertools import chain, islice
 
 from app.domain import ais
 from app.domain.accounting import Accounting, MessageReject
 from app.domain.nmea_lines import LONGEST_LINE
-from app.domain.nmea_times import DISTANT, TimeReader
+from app.domain.nmea_times import DISTANT
+from app.domain.rejects import RejectLog
 from app.domain.repeats import RepeatFilter
-
-COLUMNS = (
-    "mmsi",
-    "time",
-    "lat",
-    "lon",
-    "sog",
-    "cog",
-    "heading",
-    "rot",
-    "to_bow",
-    "to_stern",
-    "to_port",
-    "to_starboard",
-    "name",
-    "ship_type",
+from app.domain.table_cells import CellReader, Cells, RowRejectedError, within
+from app.domain.table_mapping import COLUMNS, REQUIRED, TableMapping
+from app.domain.table_names import SHIP_TYPE_WORDS
+from app.domain.table_proposal import (
+    SAMPLE_ROWS,
+    is_comment,
+    is_header,
+    propose,
+    split_row,
 )
-_REQUIRED = ("mmsi", "time", "lat", "lon")
+
 _MOST_ERRORS = 100
+_MOST_VESSELS = 200_000  # whose last statics are remembered
+_HEAD_LINES = 4 * SAMPLE_ROWS
+
+Reports = tuple[ais.PositionReport | ais.StaticReport, ...]
 
 
 class CsvHeaderError(ValueError):
@@ -54,208 +52,193 @@ class RowError:
     message: str
 
 
-class _RowRejectedError(ValueError):
-    def __init__(self, reason: MessageReject, column: str, message: str) -> None:
-        super().__init__(message)
-        self.reason = reason
-        self.column = column
+class StaticsFilter:
+    """Tells statics that a vessel's row before did not say; tables repeat them in every row."""
 
+    def __init__(self) -> None:
+        self._last: dict[int, tuple[object, ...]] = {}
 
-@dataclass(slots=True)
-class CsvDecoder:
-    """Decodes one table; `errors` keeps its first hundred bad rows, `accounting` counts all."""
-
-    not_after: datetime = DISTANT
-    accounting: Accounting = field(default_factory=Accounting)
-    errors: list[RowError] = field(default_factory=list)
-    _repeats: RepeatFilter = field(default_factory=RepeatFilter)
-    _last_statics: dict[int, tuple[object, ...]] = field(default_factory=dict)
-
-    def decode(self, lines: Iterable[str]) -> Iterator[ais.PositionReport | ais.StaticReport]:
-        """Yield each row's position, and its statics where they are new.
-
-        Raises:
-            CsvHeaderError: a header without mmsi, time, lat or lon.
-
-        """
-        columns: dict[str, int] | None = None
-        for number, line in enumerate(lines, start=1):
-            row = self._cells(line, number)
-            if not any(row) or row[0].lstrip().startswith("#"):
-                self.accounting.lines.other += 1
-            elif columns is None and not row[0].strip().isdigit():
-                self.accounting.lines.other += 1
-                columns = _header(row)
-            else:
-                columns = columns or {name: index for index, name in enumerate(COLUMNS)}
-                yield from self._row(row, columns, number)
-
-    def _cells(self, line: str, number: int) -> Sequence[str]:
-        """Split one line; each is split alone, so that a stray quote costs no other line."""
-        try:
-            if len(line) <= LONGEST_LINE:
-                return next(csv.reader([line]), [])
-            problem = f"longer than {LONGEST_LINE} characters"
-        except csv.Error as error:
-            problem = str(error)
-        self._note(number, MessageReject.FIELD, "row", f"this line is no row of a table: {problem}")
-        return []
-
-    def _row(
-        self, row: Sequence[str], columns: dict[str, int], line: int
-    ) -> Iterator[ais.PositionReport | ais.StaticReport]:
-        self.accounting.lines.sentence += 1
-        self.accounting.sentences.total += 1
-        self.accounting.sentences.assembled += 1
-        messages = self.accounting.messages
-        messages.assembled += 1
-        cells = {name: row[at].strip() for name, at in columns.items() if at < len(row)}
-        try:
-            position = _position(cells, self.not_after)
-            static = _static(cells, position)
-        except _RowRejectedError as rejected:
-            messages.rejected[rejected.reason] += 1
-            self._note(line, rejected.reason, rejected.column, str(rejected))
-            return
-        if self._repeats.is_repeat("\x1f".join(row).encode(), position.received_at):
-            messages.duplicates += 1
-            return
-        messages.positions += 1
-        yield position
-        if static is not None and self._is_new(static):
-            yield static
-
-    def _is_new(self, static: ais.StaticReport) -> bool:
+    def is_new(self, static: ais.StaticReport) -> bool:
+        """Return whether a vessel says something else than before; if so, remember it."""
         said = (
             static.name,
+            static.callsign,
+            static.imo,
             static.ship_type,
             static.to_bow_m,
             static.to_stern_m,
             static.to_port_m,
             static.to_starboard_m,
         )
-        if self._last_statics.get(static.mmsi) == said:
+        if self._last.get(static.mmsi) == said:
             return False
-        self._last_statics[static.mmsi] = said
+        if len(self._last) >= _MOST_VESSELS:
+            self._last.clear()
+        self._last[static.mmsi] = said
         return True
 
-    def _note(self, line: int, reason: MessageReject, column: str, message: str) -> None:
+
+@dataclass(slots=True)
+class CsvDecoder:
+    """Decodes one table; `errors` keeps its first hundred bad rows, `accounting` counts all.
+
+    `mapping` says how to read it; where none is given it is proposed from the first lines.
+    `rejects` hears of every bad row.
+    """
+
+    not_after: datetime = DISTANT
+    mapping: TableMapping | None = None
+    rejects: RejectLog | None = None
+    accounting: Accounting = field(default_factory=Accounting)
+    errors: list[RowError] = field(default_factory=list)
+    _repeats: RepeatFilter = field(default_factory=RepeatFilter)
+    _statics: StaticsFilter = field(default_factory=StaticsFilter)
+
+    def decode(self, lines: Iterable[str]) -> Iterator[ais.PositionReport | ais.StaticReport]:
+        """Yield each row's position, and its statics where they are new.
+
+        Raises:
+            CsvHeaderError: no mapping is given, and none can be proposed that has mmsi, time, lat
+                and lon.
+
+        """
+        rest = iter(lines)
+        head = list(islice(rest, _HEAD_LINES))
+        mapping = self.mapping = self.mapping or proposed_mapping(head)
+        reader = CellReader(mapping, self.not_after)
+        wants_header = mapping.has_header
+        for number, line in enumerate(chain(head, rest), start=1):
+            if self.rejects is not None:
+                self.rejects.at(line.rstrip("\r\n").encode())
+            if wants_header and (not is_comment(line) or is_header(line)):
+                wants_header = False
+                self.accounting.lines.other += 1
+            elif is_comment(line):
+                self.accounting.lines.other += 1
+            else:
+                yield from self._line(line, number, mapping, reader)
+
+    def _line(
+        self, line: str, number: int, mapping: TableMapping, reader: CellReader
+    ) -> Iterator[ais.PositionReport | ais.StaticReport]:
+        """Read a line; each is split alone, so that a stray quote costs no other line."""
+        try:
+            row = _cells(line, mapping.delimiter)
+        except csv.Error as error:
+            self.accounting.lines.other += 1
+            problem = f"this line is no row of a table: {error}"
+            self._note(RowError(number, MessageReject.FIELD, "row", problem))
+            return
+        if not any(row):
+            self.accounting.lines.other += 1
+            return
+        self._count_row()
+        cells = {name: row[at] for name, at in mapping.columns.items() if at < len(row)}
+        try:
+            position = position_of(cells, reader)
+            static = static_of(cells, reader, position.mmsi, position.received_at)
+        except RowRejectedError as rejected:
+            self.accounting.messages.rejected[rejected.reason] += 1
+            self._note(RowError(number, rejected.reason, rejected.column, str(rejected)))
+            if self.rejects is not None:
+                self.rejects.row(rejected.reason, f"{rejected.column}: {rejected}")
+            return
+        if self._repeats.is_repeat("\x1f".join(row).encode(), position.received_at):
+            self.accounting.messages.duplicates += 1
+            return
+        self.accounting.messages.positions += 1
+        yield position
+        if static is not None and self._statics.is_new(static):
+            yield static
+
+    def _count_row(self) -> None:
+        """Count a row as one line, one sentence and one message."""
+        self.accounting.lines.sentence += 1
+        self.accounting.sentences.total += 1
+        self.accounting.sentences.assembled += 1
+        self.accounting.messages.assembled += 1
+
+    def _note(self, error: RowError) -> None:
         if len(self.errors) < _MOST_ERRORS:
-            self.errors.append(RowError(line, reason, column, message))
+            self.errors.append(error)
 
 
-def _header(row: Sequence[str]) -> dict[str, int]:
-    names = [cell.strip().lstrip("\ufeff").lower() for cell in row]
-    missing = [name for name in _REQUIRED if name not in names]
-    if missing:
+def _cells(line: str, delimiter: str) -> list[str]:
+    if len(line) > LONGEST_LINE:
+        msg = f"longer than {LONGEST_LINE} characters"
+        raise csv.Error(msg)
+    return split_row(line.rstrip("\r\n").lstrip("\ufeff"), delimiter)
+
+
+def proposed_mapping(head: list[str]) -> TableMapping:
+    """Propose a mapping from a table's first lines. Raises CsvHeaderError without a whole one."""
+    mapping = propose(head).mapping
+    if mapping.missing:
         msg = (
-            f"the table has no column {', '.join(missing)}: its first line must name at least "
-            f"{', '.join(_REQUIRED)}, or the columns must be {','.join(COLUMNS)}"
+            f"the table has no column {', '.join(mapping.missing)}: its first line must name at "
+            f"least {', '.join(REQUIRED)}, or the columns must be {','.join(COLUMNS)}; or say "
+            "which column is which"
         )
         raise CsvHeaderError(msg)
-    return {name: names.index(name) for name in COLUMNS if name in names}
+    return mapping
 
 
-def _position(cells: dict[str, str], not_after: datetime) -> ais.PositionReport:
-    mmsi = _whole(cells, "mmsi")
+def position_of(cells: Cells, reader: CellReader, message_type: int = 0) -> ais.PositionReport:
+    """Return a row's position. Raises RowRejectedError naming the column."""
+    mmsi = reader.whole(cells, "mmsi")
     if mmsi is None or not ais.is_vessel_mmsi(mmsi):
-        message = f"{cells.get('mmsi') or 'empty'} is not a vessel's MMSI: 200000000 to 799999999"
-        raise _RowRejectedError(MessageReject.MMSI_KIND, "mmsi", message)
-    moment = _moment(cells.get("time", ""), not_after)
-    lat_deg = _place(cells, "lat", 90.0)
-    lon_deg = _place(cells, "lon", 180.0)
+        message = (
+            f"{cells.get('mmsi', '')[:20] or 'empty'} is not a vessel's MMSI: 200000000 to "
+            "799999999"
+        )
+        raise RowRejectedError(MessageReject.MMSI_KIND, "mmsi", message)
+    moment = reader.moment(cells)
+    lat_deg, lon_deg = reader.place(cells, "lat", 90.0), reader.place(cells, "lon", 180.0)
     return ais.PositionReport(
         mmsi,
         moment,
         moment,
         lat_deg,
         lon_deg,
-        _within(_number(cells, "sog"), 102.3),
-        _within(_number(cells, "cog"), 360.0),
-        _within(_number(cells, "heading"), 360.0),
-        _number(cells, "rot"),
-        0,
-        None,
+        reader.speed_kn(cells),
+        within(reader.number(cells, "cog"), 360.0),
+        within(reader.number(cells, "heading"), 360.0),
+        reader.number(cells, "rot"),
+        message_type,
+        _class(cells),
         None,
         ais.FixTimeSource.STATED,
     )
 
 
-def _static(cells: dict[str, str], position: ais.PositionReport) -> ais.StaticReport | None:
-    to_bow_m = _distance(cells, "to_bow")
-    to_stern_m = _distance(cells, "to_stern")
-    to_port_m = _distance(cells, "to_port")
-    to_starboard_m = _distance(cells, "to_starboard")
-    name = ais.clean_text(cells.get("name", ""))
-    ship_type = ais.positive_or_none(_whole(cells, "ship_type") or 0)
-    size = ais.antenna_distances_m(to_bow_m, to_stern_m, to_port_m, to_starboard_m)
-    if name is None and ship_type is None and size[0] is None:
+def static_of(
+    cells: Cells, reader: CellReader, mmsi: int, received_at: datetime
+) -> ais.StaticReport | None:
+    """Return what a row says of the vessel itself; None if nothing."""
+    size = ais.antenna_distances_m(
+        *(reader.distance_m(cells, f"to_{side}") for side in ("bow", "stern", "port", "starboard"))
+    )
+    if size[0] is None:
+        length_m, width_m = reader.distance_m(cells, "length"), reader.distance_m(cells, "width")
+        size = ais.antenna_distances_m(0, length_m, 0, width_m)
+    name = ais.clean_text(reader.text(cells, "name"))
+    callsign = ais.clean_text(reader.text(cells, "callsign"))
+    imo_text = reader.text(cells, "imo").upper().removeprefix("IMO").strip()
+    imo = ais.positive_or_none(int(imo_text) if imo_text.isascii() and imo_text.isdigit() else 0)
+    ship_type = _ship_type(cells, reader)
+    if name is None and callsign is None and imo is None and ship_type is None and size[0] is None:
         return None
-    return ais.StaticReport(position.mmsi, position.received_at, name, None, None, ship_type, *size)
+    return ais.StaticReport(mmsi, received_at, name, callsign, imo, ship_type, *size)
 
 
-def _distance(cells: dict[str, str], name: str) -> float:
-    """Return a distance of the antenna, m; an empty cell is AIS's own zero."""
-    value = _number(cells, name) or 0.0
-    if value < 0:
-        raise _RowRejectedError(
-            MessageReject.FIELD, name, f"{value} m is negative: give the distance, m"
-        )
-    return value
+def _ship_type(cells: Cells, reader: CellReader) -> int | None:
+    """Return the type as a message has it; of words only those that the Danish archive writes."""
+    text = reader.text(cells, "ship_type")
+    if text[:1].isalpha():
+        return SHIP_TYPE_WORDS.get(text.lower())
+    return ais.positive_or_none(reader.whole(cells, "ship_type") or 0)
 
 
-def _number(cells: dict[str, str], name: str) -> float | None:
-    text = cells.get(name, "")
-    if not text:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise _RowRejectedError(
-            MessageReject.FIELD, name, f"{text[:40]!r} is no number: give one or leave it empty"
-        )
-    return value
-
-
-def _whole(cells: dict[str, str], name: str) -> int | None:
-    value = _number(cells, name)
-    if value is not None and not value.is_integer():
-        raise _RowRejectedError(MessageReject.FIELD, name, f"{value} is not a whole number")
-    return None if value is None else int(value)
-
-
-def _place(cells: dict[str, str], name: str, limit_deg: float) -> float:
-    value = _number(cells, name)
-    if value is None or abs(value) > limit_deg:
-        found = "empty" if value is None else f"{value}"
-        raise _RowRejectedError(
-            MessageReject.POSITION, name, f"{found}: give degrees within {limit_deg:g}"
-        )
-    return value
-
-
-def _within(value: float | None, end: float) -> float | None:
-    """Return the value if it lies in [0, end): what is outside means "not available"."""
-    return value if value is not None and 0 <= value < end else None
-
-
-def _moment(text: str, not_after: datetime) -> datetime:
-    times = TimeReader(not_after)
-    moment = times.epoch(text.encode())
-    if moment is None:
-        try:
-            stated = datetime.fromisoformat(text)
-        except ValueError:
-            pass
-        else:
-            moment = times.plausible(stated if stated.tzinfo else stated.replace(tzinfo=UTC))
-    if moment is None:
-        raise _RowRejectedError(
-            MessageReject.TIME,
-            "time",
-            f"{text[:40]!r} is no plausible time: give an ISO date such as "
-            "2024-05-01T12:00:00Z, or an epoch in seconds",
-        )
-    return moment.astimezone(UTC)
+def _class(cells: Cells) -> ais.AisClass | None:
+    text = cells.get("ais_class", "").upper().removeprefix("CLASS").strip()
+    return "A" if text == "A" else "B" if text == "B" else None

@@ -92,7 +92,7 @@ def test_a_table_that_lacks_a_column_is_refused(header: str) -> None:
         ("211000001,2024-05-01T12:00:00Z,53.5,181,,", MessageReject.POSITION, "lon"),
         ("211000001,2024-05-01T12:00:00Z,53.5,,,", MessageReject.POSITION, "lon"),
         ("211000001,2024-05-01T12:00:00Z,north,9.98,,", MessageReject.FIELD, "lat"),
-        ("211000001,2024-05-01T12:00:00Z,nan,9.98,,", MessageReject.FIELD, "lat"),
+        ("211000001,2024-05-01T12:00:00Z,nan,9.98,,", MessageReject.POSITION, "lat"),
         ("211000001,2024-05-01T12:00:00Z,53.5,9.98,fast,", MessageReject.FIELD, "sog"),
         ("211000001,2024-05-01T12:00:00Z,53.5,9.98,1e999,", MessageReject.FIELD, "sog"),
         ("211000001,2024-05-01T12:00:00Z,53.5,9.98,1,1,1,1,-8", MessageReject.FIELD, "to_bow"),
