@@ -16,6 +16,10 @@ from typing import Literal
 
 AisClass = Literal["A", "B"]
 
+MPS_PER_KN = 1852 / 3600
+# 98XXXYYYY belongs to a ship: its boats and tenders (ITU-R M.585).
+AUXILIARY_MMSI = range(980_000_000, 990_000_000)
+
 _UNITS_PER_DEG = 600_000  # 1/10,000 minute
 _MINUTE = 60_000_000  # in microseconds, like the two lags below
 _EARLIEST_LAG = -2_000_000  # a receiver's clock may trail the satellites' by this much
@@ -90,7 +94,7 @@ def is_vessel_mmsi(mmsi: int) -> bool:
     Not vessels (ITU-R M.585): 00 coast stations, 0 groups, 111 aircraft, 99 aids to navigation,
     970, 972, 974 distress devices, 8 handheld radios, and whatever has not nine digits.
     """
-    return 200_000_000 <= mmsi <= 799_999_999 or 980_000_000 <= mmsi <= 989_999_999
+    return 200_000_000 <= mmsi <= 799_999_999 or mmsi in AUXILIARY_MMSI
 
 
 def latitude_deg(raw: int) -> float | None:

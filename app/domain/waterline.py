@@ -31,6 +31,7 @@ from app.domain.detection import Detection
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_outline import unit_outline
 from app.domain.sighting import Sighting, VesselBox
+from app.domain.vessel_state import VesselState
 
 ROUNDS = 5
 # Detections count from the image's edge, geometry from the centre of its first pixel.
@@ -89,13 +90,13 @@ class _Problem:
         self.range_m = np.linalg.norm(away, axis=1)
         right = np.cross(away, self.up)
         self.right = right / np.linalg.norm(right, axis=1, keepdims=True)
+        self.right_in_en = _times(self.enu[:, :2], self.right)
         sizes = np.array([[state.length_m, state.width_m] for state in states])
         self.half_sizes = sizes / 2
         self.outline = unit_outline() * sizes[:, None]
         self.mixing, self.evidence_weight = self._evidence(sightings)
-        position = np.array([state.position_sigma_m for state in states])
-        heading = np.radians([state.heading_sigma_deg for state in states])
-        self.prior = np.column_stack([position, position, heading]) ** -2.0
+        self.prior_covariance = np.array([_prior_covariance(state) for state in states])
+        self.prior = np.linalg.inv(self.prior_covariance)
         rotation = radians(settings.rotation_sigma_deg)
         self.shared_prior = np.array([settings.level_sigma_m, rotation, rotation]) ** -2.0
         # The error of a ship's AIS is one, however many images show it.
@@ -153,26 +154,27 @@ def _solve(problem: _Problem) -> _Solution:
     own, shared = np.zeros((count, 3)), np.zeros(3)
     for _ in range(ROUNDS):
         residual, by_own, by_shared = _linearised(problem, own, shared)
-        prior = _prior(problem, own)
+        scale = _scale(problem, own)
+        prior, prior_covariance = problem.prior / scale, problem.prior_covariance * scale
         weight = problem.evidence_weight
         weighted = by_own * weight[..., None]
-        A = np.swapaxes(weighted, 1, 2) @ by_own + prior[:, None] * np.eye(3)
+        A = np.swapaxes(weighted, 1, 2) @ by_own + prior
         B = np.swapaxes(weighted, 1, 2) @ by_shared
         D = np.swapaxes(by_shared * weight[..., None], 1, 2) @ by_shared
-        own_slope = (weighted * residual[..., None]).sum(axis=1) + prior * own
+        own_slope = (weighted * residual[..., None]).sum(axis=1) + _times(prior, own)
         all_slopes = ((by_shared * weight[..., None]) * residual[..., None]).sum(axis=1)
         A_inverse = np.linalg.inv(A)
         gain = A_inverse @ B
         # Schur complement: what the ships leave to be known of the shared unknowns.
-        share = (problem.share * _trust(problem, prior, residual, by_own, own))[:, None]
+        share = (problem.share * _trust(problem, prior_covariance, residual, by_own, own))[:, None]
         information = np.diag(problem.shared_prior) + (
             share[..., None] * (D - np.swapaxes(B, 1, 2) @ gain)
         ).sum(axis=0)
         slope = problem.shared_prior * shared + (
-            share * (all_slopes - (np.swapaxes(gain, 1, 2) @ own_slope[..., None])[..., 0])
+            share * (all_slopes - _times(np.swapaxes(gain, 1, 2), own_slope))
         ).sum(axis=0)
         shared_step = -np.linalg.solve(information, slope)
-        own = own - (A_inverse @ own_slope[..., None])[..., 0] - gain @ shared_step
+        own = own - _times(A_inverse, own_slope) - gain @ shared_step
         shared = shared + shared_step
     shared_covariance = np.linalg.inv(information)
     covariance = np.empty((count, 6, 6))
@@ -183,24 +185,37 @@ def _solve(problem: _Problem) -> _Solution:
     return _Solution(own, shared, covariance)
 
 
-def _prior(problem: _Problem, own: FloatArray) -> FloatArray:
-    """Return the weights (n, 3) of the AIS states, rescaled to how far these ships really are off.
+def _prior_covariance(state: VesselState) -> FloatArray:
+    """Return the covariance (3, 3) of east, north (m) and heading (rad) as AIS has them."""
+    east, east_north, north = state.position_covariance_m2
+    heading = radians(state.heading_sigma_deg) ** 2
+    return np.array([[east, east_north, 0.0], [east_north, north, 0.0], [0.0, 0.0, heading]])
+
+
+def _scale(problem: _Problem, own: FloatArray) -> FloatArray:
+    """Return by how much (3, 3) the covariances of AIS are to be rescaled to how far ships are off.
 
     The image shows each ship's error across the line of sight well, whatever the water does: what
     all of them show there tells how good AIS is here along the line of sight too.
     """
-    places = own[:, :1] * problem.enu[:, 0] + own[:, 1:2] * problem.enu[:, 1]
-    across = (places * problem.right).sum(axis=1)
-    squares = np.minimum(across**2 * problem.prior[:, 0], _SUSPICIOUS**2)
     if not own.any():
-        return problem.prior
+        return np.ones((3, 3))
+    right = problem.right_in_en
+    across = (own[:, :2] * right).sum(axis=1)
+    expected = np.einsum("ni,nij,nj->n", right, problem.prior_covariance[:, :2, :2], right)
+    squares = np.minimum(across**2 / expected, _SUSPICIOUS**2)
     scale = (_PRIOR_SHIPS + problem.share @ squares) / (_PRIOR_SHIPS + problem.share.sum())
-    return np.asarray(problem.prior / np.array([scale, scale, 1.0]))
+    return np.array([[scale, scale, 1.0], [scale, scale, 1.0], [1.0, 1.0, 1.0]])
+
+
+def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Multiply matrices (n, k, m) with as many vectors (n, m)."""
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
 
 
 def _trust(
     problem: _Problem,
-    prior: FloatArray,
+    prior_covariance: FloatArray,
     residual: FloatArray,
     by_own: FloatArray,
     own: FloatArray,
@@ -209,8 +224,9 @@ def _trust(
 
     A ship whose evidence cannot be reconciled with its AIS state is probably another ship.
     """
-    innovation = residual - (by_own @ own[..., None])[..., 0]
-    expected = (by_own**2 / prior[:, None]).sum(axis=2) + 1 / problem.evidence_weight
+    innovation = residual - _times(by_own, own)
+    spread = ((by_own @ prior_covariance) * by_own).sum(axis=2)
+    expected = spread + 1 / problem.evidence_weight
     deviation = np.abs(innovation / np.sqrt(expected)).max(axis=1)
     return np.asarray(1 / np.maximum(1.0, deviation / _SUSPICIOUS) ** 2)
 
@@ -240,7 +256,7 @@ def _linearised(
     mixed = problem.mixing * per_m[..., None]
     by_own = mixed @ np.concatenate([by_place, by_turn[..., None]], axis=2)
     by_shared = mixed @ np.stack([by_level, by_level / per_m, by_right / per_m], axis=2)
-    return (mixed @ gap[..., None])[..., 0], by_own, by_shared
+    return _times(mixed, gap), by_own, by_shared
 
 
 def _mixing(cut: CutEdges) -> list[list[float]]:

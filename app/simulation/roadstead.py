@@ -120,6 +120,7 @@ def _anchored(
     off_m = rng.normal(0, settings.position_sigma_m, 2)
     place = FRAME.geodetic(middle + np.array([*off_m, 0.0]))
     half_length, half_width = ship.length_m / 2, ship.width_m / 2
+    variance_m2 = max(settings.position_sigma_m, 0.1) ** 2
     state = VesselState(
         identifier=identifier,
         lat_deg=place.lat_deg,
@@ -131,7 +132,7 @@ def _anchored(
         to_stern_m=half_length,
         to_port_m=half_width,
         to_starboard_m=half_width,
-        position_sigma_m=max(settings.position_sigma_m, 0.1),
+        position_covariance_m2=(variance_m2, 0.0, variance_m2),
         heading_sigma_deg=max(settings.heading_sigma_deg, 0.1),
     )
     centroid = middle + ship.height_m / 2 * R_world_from_ship[:, 2]

@@ -1,0 +1,142 @@
+"""What is hard to believe of AIS positions: flags on reports, never reasons to delete them.
+
+AIS is unauthenticated and badly kept: two vessels share one MMSI, receivers' clocks are wrong,
+positions jump across the world for one report. Whoever deletes such reports decides in silence;
+here each keeps its place and carries its doubts, so that a pose made from it can be judged.
+
+A report is compared with its vessel's reports around it. Nothing afloat covers more way in a time
+than its own speeds allow: that much apart, two reports cannot both be true. If the reports beyond
+the neighbours agree with this one, two vessels take turns under one MMSI; if not, it jumped.
+"""
+
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from enum import StrEnum
+from itertools import pairwise
+from math import asin, cos, radians, sin, sqrt
+from typing import Protocol
+
+from app.domain.ais import MPS_PER_KN, FixTimeSource
+
+FASTEST_KN = 75.0  # the fastest ferries and patrol boats do not reach it
+FARTHEST_M = 1_000_000.0  # beyond a receiver's horizon, even through ducts in the air
+NEIGHBOURS = 2  # reports on each side that a verdict needs
+_SLACK_KN = 8.0  # ships gather way between two reports
+_SLACK_M = 100.0  # poor fixes, and antennas that are switched
+_SLACK_S = 3.0  # moments known to a second or two
+_SPEEDS_LAST_S = 120.0  # after longer a ship may have gone at any speed meanwhile
+_FEWEST_VESSELS = 4  # that many wrong clocks at once are the receiver's
+_UNSURE_S = 25.0  # a doubtful moment may be nearly half a minute off
+_CONFIRMABLE = frozenset({FixTimeSource.PROMPT, FixTimeSource.DOUBTFUL})
+_EARTH_M = 6_371_000.0
+
+
+class Doubt(StrEnum):
+    """Why a report is hard to believe."""
+
+    JUMP = "jump"  # too far from the reports before and after it
+    TWO_PLACES = "two_places"  # its MMSI reports from two places in turn
+    IMPOSSIBLE_SPEED = "impossible_speed"  # it says that it is faster than anything afloat
+    FAR_AWAY = "far_away"  # on another side of the world than the site, or at 0 N 0 E
+    DOUBTFUL_TIME = "doubtful_time"  # its second contradicts its reception
+    RECEIVER_CLOCK = "receiver_clock"  # so do those of most vessels heard then
+
+
+class Fix(Protocol):
+    """What of a report is needed: a stored row has it as well as a decoded message."""
+
+    @property
+    def mmsi(self) -> int: ...  # noqa: D102  as in PositionReport
+    @property
+    def fix_time(self) -> datetime: ...  # noqa: D102  as in PositionReport
+    @property
+    def lat_deg(self) -> float: ...  # noqa: D102  as in PositionReport
+    @property
+    def lon_deg(self) -> float: ...  # noqa: D102  as in PositionReport
+    @property
+    def sog_kn(self) -> float | None: ...  # noqa: D102  as in PositionReport
+    @property
+    def fix_time_source(self) -> str: ...  # noqa: D102  as in PositionReport
+
+
+def doubt_of_one(report: Fix) -> list[Doubt]:
+    """Return what is doubtful of a report by itself."""
+    conditions = {
+        Doubt.IMPOSSIBLE_SPEED: report.sog_kn is not None and report.sog_kn > FASTEST_KN,
+        # A receiver without a fix often says 0 N 0 E instead of 91 N 181 E.
+        Doubt.FAR_AWAY: report.lat_deg == report.lon_deg == 0.0,
+        Doubt.DOUBTFUL_TIME: report.fix_time_source == FixTimeSource.DOUBTFUL,
+    }
+    return [doubt for doubt, holds in conditions.items() if holds]
+
+
+def doubts(
+    report: Fix,
+    before: Sequence[Fix],
+    after: Sequence[Fix],
+    site: tuple[float, float] | None = None,
+) -> list[Doubt]:
+    """Return all that is doubtful of a report, given its vessel's reports around it.
+
+    Args:
+        report: the report to judge.
+        before: up to `NEIGHBOURS` reports of the same MMSI before it, oldest first.
+        after: the same after it.
+        site: latitude and longitude, deg, of where it was heard; None if unknown.
+
+    """
+    found = doubt_of_one(report)
+    if site is not None and _apart_m(report.lat_deg, report.lon_deg, *site) > FARTHEST_M:
+        found.append(Doubt.FAR_AWAY)
+    around = [*before, report, *after]
+    here = [within_reach(report, other) for other in around]
+    own = len(before)
+    if not all(here[max(0, own - 1) : own + 2]):
+        found += _parted(around, here)
+    return [doubt for doubt in Doubt if doubt in found]
+
+
+def within_reach(first: Fix, second: Fix) -> bool:
+    """Whether one vessel can have made both reports: near enough for their speeds and times."""
+    span_s = abs((second.fix_time - first.fix_time).total_seconds()) + _SLACK_S
+    span_s += _UNSURE_S * sum(
+        fix.fix_time_source == FixTimeSource.DOUBTFUL for fix in (first, second)
+    )
+    speed_kn = FASTEST_KN
+    if span_s < _SPEEDS_LAST_S and first.sog_kn is not None and second.sog_kn is not None:
+        speed_kn = min(FASTEST_KN, max(first.sog_kn, second.sog_kn) + _SLACK_KN)
+    apart_m = _apart_m(first.lat_deg, first.lon_deg, second.lat_deg, second.lon_deg)
+    return apart_m <= _SLACK_M + speed_kn * MPS_PER_KN * span_s
+
+
+def receiver_clock_is_off(reports: Iterable[Fix]) -> bool:
+    """Whether most vessels heard in a while seem to have a wrong clock: then it is the receiver's.
+
+    A vessel counts by its latest report whose moment a second in the message could confirm.
+    """
+    latest = {
+        report.mmsi: report.fix_time_source == FixTimeSource.DOUBTFUL
+        for report in reports
+        if report.fix_time_source in _CONFIRMABLE
+    }
+    return len(latest) >= _FEWEST_VESSELS and sum(latest.values()) > len(latest) / 2
+
+
+def _parted(around: Sequence[Fix], here: Sequence[bool]) -> list[Doubt]:
+    """Say why a report and a neighbour cannot both be true; `here`: who agrees with the report."""
+    elsewhere = [fix for fix, agrees in zip(around, here, strict=True) if not agrees]
+    alone = sum(here) == 1
+    if len(elsewhere) == 1:
+        # One against the others: the one jumped. One against one: either may have.
+        return [Doubt.JUMP] if alone else []
+    changes = sum(this != following for this, following in pairwise(here))
+    agree = all(within_reach(elsewhere[0], other) for other in elsewhere[1:])
+    return [Doubt.TWO_PLACES if agree and changes > 1 and not alone else Doubt.JUMP]
+
+
+def _apart_m(lat_deg: float, lon_deg: float, other_lat_deg: float, other_lon_deg: float) -> float:
+    """Distance on a sphere (haversine), m: half a percent is enough here, the poles included."""
+    lat, other = radians(lat_deg), radians(other_lat_deg)
+    turn = radians(other_lon_deg - lon_deg)
+    chord = sin((other - lat) / 2) ** 2 + cos(lat) * cos(other) * sin(turn / 2) ** 2
+    return 2 * _EARTH_M * asin(min(1.0, sqrt(chord)))

@@ -1,0 +1,196 @@
+"""Carrying a vessel's reported place to the moment of an image, and how unsure that makes it.
+
+Each method bridges the seconds between reports and image in its own way, and its errors grow in its
+own way: along the course with the speed's error, across it with the course's. The rates are those
+of real traffic (five minutes of Danish waters, each report held out and estimated from the others),
+so that a place says honestly how far off it may be; `quaymark bench ais_states` checks them.
+"""
+
+from collections.abc import Sequence
+from datetime import datetime
+from math import atan2, cos, degrees, exp, hypot, radians, sin
+from typing import NamedTuple
+
+from app.domain.ais import MPS_PER_KN, FixTimeSource, PositionReport
+from app.domain.local_metres import moved, offset_m
+from app.domain.vessel_state import TrackMethod
+
+# How well the moment of a fix is known, s: a ship's way in this time is along its course.
+_TIME_SIGMA_S = {
+    FixTimeSource.PROMPT: 0.3,
+    FixTimeSource.RECEIVED: 2.0,
+    FixTimeSource.DOUBTFUL: 3.0,
+    FixTimeSource.STATED: 1.0,
+}
+# What a second of bridging adds to the sigmas along and across the course, m.
+_GROWTH_M_PER_S = {
+    TrackMethod.HEADING_DR: (0.14, 0.3),
+    TrackMethod.COG_DR: (0.14, 0.2),
+    TrackMethod.CTRV_DAMPED: (0.14, 0.2),
+    TrackMethod.HERMITE: (0.15, 0.1),
+}
+_DAMPING_S = 20.0  # a turn dies away within so long
+_LONGEST_TURN_S = 30.0  # reports further apart do not tell how fast a ship turns now
+_FASTEST_TURN_DEG_S = 6.0
+_TURNING_KN = 1.0  # below, headings wander without the ship's way following them
+_STEPS = 8
+
+
+class Place(NamedTuple):
+    """A place with the age still to be applied, and its sigmas along and across `along_deg`."""
+
+    lat_deg: float
+    lon_deg: float
+    speed_kn: float
+    age_s: float
+    reports: tuple[PositionReport, ...]
+    method: TrackMethod
+    along_deg: float
+    along_sigma_m: float
+    cross_sigma_m: float
+    turned_deg: float = 0.0  # how far the course turned while bridging
+
+
+def as_reported(report: PositionReport, at: datetime) -> Place | None:
+    """Leave a report where it is, its age to be applied along the heading (the paper)."""
+    if report.sog_kn is None:
+        return None
+    age_s = (at - report.fix_time).total_seconds()
+    along_deg = report.heading_deg if report.heading_deg is not None else report.cog_deg or 0.0
+    return Place(
+        report.lat_deg,
+        report.lon_deg,
+        report.sog_kn,
+        age_s,
+        (report,),
+        TrackMethod.HEADING_DR,
+        along_deg,
+        *_sigmas_m(TrackMethod.HEADING_DR, (report,), report.sog_kn, age_s),
+    )
+
+
+def along_course(
+    before: Sequence[PositionReport], at: datetime, method: TrackMethod
+) -> Place | None:
+    """Move the latest report along its course (`cog_dr`), or along its turn (`ctrv_damped`)."""
+    report = before[-1]
+    velocity = velocity_mps(report)
+    if velocity is None or report.sog_kn is None:
+        return None
+    age_s = (at - report.fix_time).total_seconds()
+    rate_deg_s = turn_rate_deg_s(before) if method is TrackMethod.CTRV_DAMPED else 0.0
+    turned_deg = rate_deg_s * _DAMPING_S * (1 - exp(-age_s / _DAMPING_S))
+    if rate_deg_s:
+        east_m, north_m = _way_in_a_turn(velocity, rate_deg_s, age_s)
+    else:
+        east_m, north_m = velocity[0] * age_s, velocity[1] * age_s
+    lat_deg, lon_deg = moved(report.lat_deg, report.lon_deg, east_m, north_m)
+    return Place(
+        lat_deg,
+        lon_deg,
+        report.sog_kn,
+        0.0,
+        (report,),
+        method,
+        (report.cog_deg or 0.0) + turned_deg / 2,
+        *_sigmas_m(method, (report,), report.sog_kn, age_s),
+        turned_deg,
+    )
+
+
+def between(first: PositionReport, last: PositionReport, at: datetime) -> Place:
+    """Cubic Hermite between two reports, their velocities as tangents."""
+    span_s = (last.fix_time - first.fix_time).total_seconds()
+    chord = offset_m(first.lat_deg, first.lon_deg, last.lat_deg, last.lon_deg)
+    mean_mps = (chord[0] / span_s, chord[1] / span_s)
+    start_mps = velocity_mps(first) or mean_mps
+    end_mps = velocity_mps(last) or mean_mps
+    s = (at - first.fix_time).total_seconds() / span_s
+    from_start = s * (1 - s) ** 2 * span_s
+    from_end = s**2 * (s - 1) * span_s
+    along = s**2 * (3 - 2 * s)
+    east_m, north_m = (
+        along * chord[axis] + from_start * start_mps[axis] + from_end * end_mps[axis]
+        for axis in (0, 1)
+    )
+    lat_deg, lon_deg = moved(first.lat_deg, first.lon_deg, east_m, north_m)
+    known = [report.sog_kn for report in (first, last) if report.sog_kn is not None]
+    if len(known) == 2:
+        speed_kn = known[0] + s * (known[1] - known[0])
+    else:
+        speed_kn = known[0] if known else 0.0
+    return Place(
+        lat_deg,
+        lon_deg,
+        speed_kn,
+        0.0,
+        (first, last),
+        TrackMethod.HERMITE,
+        degrees(atan2(*mean_mps)),
+        *_sigmas_m(TrackMethod.HERMITE, (first, last), speed_kn, s * (1 - s) * span_s),
+    )
+
+
+def velocity_mps(report: PositionReport) -> tuple[float, float] | None:
+    """Velocity east and north, m/s; a vessel without way has no course and needs none."""
+    if report.sog_kn is None:
+        return None
+    if report.cog_deg is None:
+        return (0.0, 0.0) if report.sog_kn == 0 else None
+    speed_mps = report.sog_kn * MPS_PER_KN
+    course = radians(report.cog_deg)
+    return (speed_mps * sin(course), speed_mps * cos(course))
+
+
+def turn_rate_deg_s(before: Sequence[PositionReport]) -> float:
+    """Return how fast a ship turns clockwise by its last two headings, else courses; else 0.
+
+    Raw rate-of-turn fields never beat holding the heading on real traffic, so none is read.
+    """
+    if len(before) < 2:
+        return 0.0
+    previous, latest = before[-2], before[-1]
+    span_s = (latest.fix_time - previous.fix_time).total_seconds()
+    if not 0 < span_s <= _LONGEST_TURN_S or (latest.sog_kn or 0.0) < _TURNING_KN:
+        return 0.0
+    for earlier, later in (
+        (previous.heading_deg, latest.heading_deg),
+        (previous.cog_deg, latest.cog_deg),
+    ):
+        if earlier is not None and later is not None:
+            rate = turn_deg(earlier, later) / span_s
+            return max(-_FASTEST_TURN_DEG_S, min(_FASTEST_TURN_DEG_S, rate))
+    return 0.0
+
+
+def turn_deg(from_deg: float, to_deg: float) -> float:
+    """Return the turn from one direction to another, the short way, positive to starboard."""
+    return (to_deg - from_deg + 180) % 360 - 180
+
+
+def _way_in_a_turn(
+    velocity: tuple[float, float], rate_deg_s: float, age_s: float
+) -> tuple[float, float]:
+    """Metres east and north on a course that turns on, ever slower (Simpson's rule)."""
+    east_mps, north_mps = velocity
+    swept = radians(rate_deg_s) * _DAMPING_S
+    east_m = north_m = 0.0
+    for step in range(_STEPS + 1):
+        turned = swept * (1 - exp(-age_s * step / _STEPS / _DAMPING_S))
+        weight = (1 if step in {0, _STEPS} else 2 + 2 * (step % 2)) * age_s / _STEPS / 3
+        east_m += weight * (east_mps * cos(turned) + north_mps * sin(turned))
+        north_m += weight * (north_mps * cos(turned) - east_mps * sin(turned))
+    return east_m, north_m
+
+
+def _sigmas_m(
+    method: TrackMethod, reports: tuple[PositionReport, ...], speed_kn: float, bridged_s: float
+) -> tuple[float, float]:
+    """One sigma along and across the course: the fixes' own, their moments', the bridging's."""
+    along_mps, cross_mps = _GROWTH_M_PER_S[method]
+    fix_m = max(report.position_sigma_m for report in reports)
+    time_s = max(_TIME_SIGMA_S[report.fix_time_source] for report in reports)
+    return (
+        hypot(fix_m, speed_kn * MPS_PER_KN * time_s, along_mps * bridged_s),
+        hypot(fix_m, cross_mps * bridged_s),
+    )
