@@ -9,6 +9,7 @@ import errno
 import hashlib
 import os
 import secrets
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,6 +99,29 @@ class Storage:
             log.warning("derived file not kept: the disk is full", name=name)
         return data
 
+    def remove(self, sha256: str, *, untouched_for_s: float = 3600.0) -> bool:
+        """Remove bytes that no row speaks of; False when there are none, or they are in use.
+
+        Somebody may be storing the same bytes again this moment, with the row still to come: what
+        was stored (again) within `untouched_for_s` stays.
+        """
+        path = self._place(sha256)
+        if self._is_local:
+            return _remove_untouched(Path(path), untouched_for_s)
+        if not self._filesystem.exists(path):
+            return False
+        self._filesystem.rm(path)
+        return True
+
+    def remove_derived(self, name: str) -> bool:
+        """Remove a derived file; False when it was never made."""
+        path = f"{self.root}/derived/{name}"
+        try:
+            self._filesystem.rm_file(path)
+        except FileNotFoundError:
+            return False
+        return True
+
     def _place(self, sha256: str) -> str:
         return f"{self.root}/{sha256[:2]}/{sha256[2:4]}/{sha256}"
 
@@ -133,7 +157,7 @@ def _write_durably(place: Path, chunks: Iterable[bytes]) -> None:
 
     Raises StorageFull, leaving nothing behind, when the disk is full.
     """
-    if place.exists():
+    if _touched(place):
         # Another writer may have moved it there a moment ago and not flushed the folder yet.
         _fsync_folder(place.parent)
         return
@@ -152,6 +176,33 @@ def _write_durably(place: Path, chunks: Iterable[bytes]) -> None:
         if isinstance(error, OSError) and error.errno in {errno.ENOSPC, errno.EDQUOT}:
             raise StorageFull("there is no room left; free some space and try again") from error
         raise
+
+
+def _touched(place: Path) -> bool:
+    """Whether a file is there; its time then says that it is wanted now."""
+    try:
+        os.utime(place)
+    except FileNotFoundError:
+        return False
+    return True
+
+
+def _remove_untouched(place: Path, untouched_for_s: float) -> bool:
+    """Remove a file unless it was touched lately.
+
+    It is moved aside first: whoever touches it before is seen, and whoever comes after finds
+    nothing and writes it anew.
+    """
+    aside = place.with_name(f".{place.name}.{secrets.token_hex(8)}.going")
+    try:
+        place.rename(aside)
+    except FileNotFoundError:
+        return False
+    if time.time() - aside.stat().st_mtime < untouched_for_s:
+        aside.replace(place)
+        return False
+    aside.unlink()
+    return True
 
 
 def _make_folders(folder: Path) -> None:
