@@ -2,8 +2,9 @@ r"""When a sentence was heard: the times that receivers and archives wrap around
 
 Five habits, none of them part of the AIS message: a tag block (`\s:b2,c:1364272372*57\`, c in
 seconds or milliseconds), a Gatehouse `$PGHP` sentence, an ISO date or an epoch before the
-sentence, an epoch after its checksum (US Coast Guard). Recordings hold broken ones, such as an
-epoch in the year 2363, so a time counts only if its checksum is right and it is plausible.
+sentence, an epoch after its checksum (US Coast Guard) or a date in a remark behind it. Recordings
+hold broken ones, such as an epoch in the year 2363, so a time counts only if its checksum is right
+and it is plausible.
 
 Source: NMEA 0183 4.10 (tag blocks), dma-ais/AisLib's documentation of `$PGHP`, recordings.
 """
@@ -20,11 +21,15 @@ _FIRST_MILLISECONDS = 100_000_000_000  # as seconds this would be the year 5138
 _TAG_BLOCK = re.compile(rb"\\([^\\*]*)\*([0-9A-Fa-f]{2})\\")
 _GROUP = re.compile(rb"\d+-\d+-(\d+)")
 _ISO = re.compile(
-    rb"(\d{4})-(\d\d)-(\d\d)[T ](\d\d):(\d\d):(\d\d)(?:[.,](\d{1,6})\d*)?"
+    rb"(\d{4})[-/](\d\d)[-/](\d\d)[T ](\d\d):(\d\d):(\d\d)(?:[.,](\d{1,6})\d*)?"
     rb" ?(?:(Z|UTC)|([+-])(\d\d):?(\d\d))?"
 )
+_COMPACT = re.compile(
+    rb"(?<![\d.:])(20\d\d)(\d\d)(\d\d)[T _-]?(\d\d)(\d\d)(\d\d)(?:[.,](\d{1,6})\d*)?(?!\d)"
+    rb"(?:(Z|UTC)|([+-])(\d\d):?(\d\d))?"
+)
 _EPOCH_BEFORE = re.compile(rb"(?<![\d.:])(\d{13}|\d{10}(?:\.\d{1,9})?)(?![\d.])")
-_EPOCH_AFTER = re.compile(rb",\s*(\d{13}|\d{10}(?:\.\d{1,9})?)(?=[,\s\"]|$)")
+_EPOCH_AFTER = re.compile(rb"[,;|:\s\"]\s*(\d{13}|\d{10}(?:\.\d{1,9})?)(?=[,;|\s\")}\]]|$)")
 
 
 def xor_checksum(body: bytes) -> int:
@@ -106,14 +111,23 @@ class TimeReader:
         for match in _EPOCH_BEFORE.finditer(text):
             if moment := self.epoch(match[1]):
                 return moment
-        return None
+        return self._compact(text)
 
     def suffix(self, text: bytes) -> datetime | None:
-        """Read the first plausible epoch among the fields after a sentence's checksum."""
+        """Read the first plausible epoch among the fields after a sentence's checksum, or a date.
+
+        AIS-catcher writes the latter into its remark: `( MSG: 3, timestamp: 20220729191340)`.
+        """
         for match in _EPOCH_AFTER.finditer(text):
             if moment := self.epoch(match[1]):
                 return moment
-        return None
+        if match := _ISO.search(text):
+            return self.plausible(_of_iso(match))
+        return self._compact(text)
+
+    def _compact(self, text: bytes) -> datetime | None:
+        match = _COMPACT.search(text)
+        return self.plausible(_of_iso(match)) if match else None
 
     def epoch(self, digits: bytes) -> datetime | None:
         """Read an epoch in seconds, with or without a fraction, or in milliseconds."""

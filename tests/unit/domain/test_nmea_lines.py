@@ -52,6 +52,19 @@ def test_every_talker_is_heard(tag: str) -> None:
         (["  1364272372 " + GOOD], EPOCH),
         (['"2013-03-26 04:32:52","' + GOOD + '"'], EPOCH),
         ([GOOD + ",1364272372"], EPOCH),
+        # As loggers write them: syslog, spreadsheets, AIS-catcher's remark, compact dates.
+        (["<14>1 2013-03-26T04:32:52.000Z host ais - - - " + GOOD], EPOCH),
+        (["[2013/03/26 04:32:52] " + GOOD], EPOCH),
+        (["20130326T043252Z " + GOOD], EPOCH),
+        (["20130326-043252 " + GOOD], EPOCH),
+        ([GOOD + " ( MSG: 1, MMSI: 230907000, ppm: 0, timestamp: 20130326043252)"], EPOCH),
+        (['"' + GOOD + '","2013-03-26 05:32:52+01:00"'], EPOCH),
+        ([GOOD + "\t1364272372"], EPOCH),
+        # A date whose day or month comes first in another land, or without a year: no date.
+        (["03/04/2013 04:32:52 " + GOOD], ARRIVAL),
+        (["Mar 26 04:32:52 host ais: " + GOOD], ARRIVAL),
+        # A tag block whose checksum is wrong says nothing.
+        (["\\c:1364272372*00\\" + GOOD], ARRIVAL),
         # The best of several: tag block, $PGHP, prefix, suffix.
         ([pghp(), tag_block("c:1364272372") + GOOD + ",1714564000"], EPOCH),
         ([pghp(), "1364272372 " + GOOD], NOON_6_25),
