@@ -22,11 +22,13 @@ from app.db import Database
 from app.errors import Conflict
 from app.garbage import set_startup_aside
 from app.jobs import JobRunner, reason_of
+from worker.loops import LoopKind, LoopSupervisor
 from worker.presence import Presence
 from worker.tasks import register_tasks
 
 log = structlog.get_logger()
 STOP_GRACE_S = 10.0
+LOOP_GRACE_S = 5.0
 # People wait for pages, nobody for the hundredth part of a run.
 NICENESS = 10
 EXECUTOR_ID_LENGTH = 64
@@ -83,14 +85,22 @@ def _take_jobs(
     presence = Presence(database, runner, settings, executor_id, give_up)
     presence.announce()
     runner.launch()
+    loops = LoopSupervisor(database, settings, executor_id, loop_kinds(database, settings))
+    loops.start()
     set_startup_aside()
     log.info("worker ready", executor_id=executor_id)
     presence.keep(stop, parent_pid)
     runner.leave()
     _leave_in(STOP_GRACE_S)
     log.info("worker stops", executor_id=executor_id)
+    loops.stop(LOOP_GRACE_S)
     presence.withdraw()
     runner.destroy()
+
+
+def loop_kinds(_database: Database, _settings: Settings) -> list[LoopKind]:
+    """Return what workers do without an end, each thing in one of them at a time."""
+    return []
 
 
 def _leave_in(seconds: float) -> None:

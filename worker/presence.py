@@ -1,26 +1,22 @@
-"""Heartbeat and takeover: which workers live, and whose jobs go on elsewhere.
-
-Moments are the database server's where there is one: the clocks of several machines disagree, and
-a worker whose clock is behind must not look dead to the others.
-"""
+"""Heartbeat and takeover: which workers live, and whose jobs go on elsewhere."""
 
 import os
 import socket
 import threading
 from collections.abc import Callable
-from datetime import datetime, timedelta
+from datetime import timedelta
 
 import sqlalchemy as sa
 import structlog
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.exc import DBAPIError
-from sqlalchemy.orm import Session
 
 from app import __version__
 from app.config import Settings
-from app.db import Database, now
+from app.db import Database
 from app.jobs import JobRunner
 from app.tables.operation import Takeover, WorkerHeartbeat
+from worker.moments import common_moment
 
 log = structlog.get_logger()
 MOST_TAKEOVERS = 5
@@ -71,7 +67,7 @@ class Presence:
 
     def _beat(self) -> None:
         with self._database.writing() as session:
-            moment = _moment(session)
+            moment = common_moment(session)
             row = {
                 "executor_id": self._executor_id,
                 "host": socket.gethostname(),
@@ -96,7 +92,7 @@ class Presence:
 
     def _live_executors(self) -> frozenset[str]:
         with self._database.reading() as session:
-            oldest = _moment(session) - timedelta(seconds=self._settings.takeover_after_s)
+            oldest = common_moment(session) - timedelta(seconds=self._settings.takeover_after_s)
             return frozenset(
                 session.scalars(
                     sa.select(WorkerHeartbeat.executor_id).where(
@@ -129,7 +125,7 @@ class Presence:
     def _claim(self, job_id: str) -> int | None:
         """Count an attempt; None when another worker has just done so."""
         with self._database.writing() as session:
-            moment = _moment(session)
+            moment = common_moment(session)
             recently = moment - timedelta(seconds=self._settings.takeover_after_s)
             attempts: int | None = session.scalar(
                 self._insert(Takeover)
@@ -142,10 +138,3 @@ class Presence:
                 .returning(Takeover.attempts)
             )
             return attempts
-
-
-def _moment(session: Session) -> datetime:
-    if session.get_bind().dialect.name == "sqlite":
-        return now()
-    moment: datetime = session.scalars(sa.select(sa.func.clock_timestamp())).one()
-    return moment
