@@ -29,9 +29,14 @@ class NmeaDecoder:
         self._rejects = rejects
         self.accounting = Accounting() if rejects is None else rejects.accounting()
         sentences = self.accounting.sentences
-        self._reader = LineReader(self.accounting.lines, sentences, TimeReader(not_after))
+        self._times = TimeReader(not_after)
+        self._reader = LineReader(self.accounting.lines, sentences, self._times)
         self._assembler = FragmentAssembler(sentences, rejects and rejects.orphaned)
         self._repeats = RepeatFilter()
+
+    def refuse_after(self, moment: datetime) -> None:
+        """Move the bound of plausible times: live input goes on for months."""
+        self._times.not_after = moment
 
     def feed(self, line: bytes | str, arrival: datetime | None = None) -> Reports:
         """Decode one line (with or without its line end).

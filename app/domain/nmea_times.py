@@ -64,11 +64,11 @@ class TimeReader:
     """Reads the times around sentences; `not_after` bounds what is plausible."""
 
     def __init__(self, not_after: datetime = DISTANT) -> None:
-        self._not_after = not_after
+        self.not_after = not_after
 
     def plausible(self, moment: datetime | None) -> datetime | None:
         """Return the moment if AIS existed then and it is not in the future."""
-        return moment if moment is not None and EARLIEST <= moment <= self._not_after else None
+        return moment if moment is not None and EARLIEST <= moment <= self.not_after else None
 
     def tag_blocks(self, text: bytes) -> TagBlock | None:
         """Read the tag blocks in a piece of a line; None if there is no valid one."""
