@@ -16,6 +16,7 @@ from app.detectors import commands as detectors
 from app.errors import AppError
 from app.exports import commands as exports
 from app.imagery import commands as imagery
+from app.keeping import commands as keeping
 from app.operation import commands as operation
 from app.runs import commands as runs
 
@@ -38,6 +39,7 @@ cli.add_typer(imports)
 auth.register(cli)
 runs.register(cli)
 exports.register(cli)
+keeping.register(cli)
 operation.register(cli)
 
 

@@ -1,4 +1,4 @@
-"""Jobs: the only module that knows the engine (DBOS Transact).
+"""Jobs: with `app.job_tables` the only module that knows the engine (DBOS Transact).
 
 A job is a durable workflow: a name, JSON arguments, and steps whose results are kept, so that a
 worker that takes over from a dead one goes on after the last finished step. The web only enqueues,

@@ -7,6 +7,7 @@ import sqlite3
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 
 import sqlalchemy as sa
 from alembic import command
@@ -30,19 +31,29 @@ def _config(connection: object) -> Config:
 
 def upgrade(database: Database, revision: str = "head") -> None:
     """Bring the database up to a revision; the job engine's tables come along."""
-    with _migrating(database) as connection:
-        command.upgrade(_config(connection), revision)
+    with migrating(database) as connection:
+        upgrade_within(connection, revision)
     migrate_job_tables(database.url)
+
+
+def upgrade_within(connection: sa.Connection, revision: str = "head") -> None:
+    """Bring the application's tables up to a revision in a transaction of `migrating`."""
+    command.upgrade(_config(connection), revision)
 
 
 def downgrade(database: Database, revision: str) -> None:
     """Take the application's tables back to a revision (`base` removes them)."""
-    with _migrating(database) as connection:
-        command.downgrade(_config(connection), revision)
+    with migrating(database) as connection:
+        downgrade_within(connection, revision)
+
+
+def downgrade_within(connection: sa.Connection, revision: str) -> None:
+    """Take the application's tables back to a revision in a transaction of `migrating`."""
+    command.downgrade(_config(connection), revision)
 
 
 @contextmanager
-def _migrating(database: Database) -> Iterator[sa.Connection]:
+def migrating(database: Database) -> Iterator[sa.Connection]:
     """Give a writing transaction in which SQLite lets a table be made anew.
 
     Where SQLite changes a constraint it copies the table and drops the old one, which would take
@@ -69,12 +80,17 @@ def current_revision(database: Database) -> str | None:
 
 def head_revision() -> str:
     """Return the newest revision this code knows."""
-    config = Config()
-    config.set_main_option("script_location", str(locate("migrations")))
-    head = ScriptDirectory.from_config(config).get_current_head()
-    if head is None:
+    return known_revisions()[0]
+
+
+@cache
+def known_revisions() -> tuple[str, ...]:
+    """Return the revisions this code knows, newest first."""
+    scripts = ScriptDirectory.from_config(_config(None)).walk_revisions()
+    known = tuple(script.revision for script in scripts)
+    if not known:
         raise FileNotFoundError("no migrations in this installation")
-    return head
+    return known
 
 
 def refuse_other_version(database: Database) -> None:

@@ -8,9 +8,10 @@ Derived files (previews) have names of their own and may be thrown away at any t
 import errno
 import hashlib
 import os
+import re
 import secrets
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -22,6 +23,7 @@ from app.errors import NotFound, StorageFull
 
 log = structlog.get_logger()
 CHUNK_BYTES = 1 << 20
+ADDRESS = re.compile("[0-9a-f]{64}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,38 @@ class Storage:
     def exists(self, sha256: str) -> bool:
         """Whether bytes are stored at an address."""
         return bool(self._filesystem.exists(self._place(sha256)))
+
+    def size_bytes(self, sha256: str) -> int:
+        """Return how many bytes are stored at an address. Raises NotFound when they are gone."""
+        try:
+            return int(self._filesystem.size(self._place(sha256)))
+        except FileNotFoundError as error:
+            raise NotFound("the file is gone from the store") from error
+
+    def is_whole(self, sha256: str) -> bool:
+        """Whether the bytes at an address are there and still have their SHA-256."""
+        digest = hashlib.sha256()
+        try:
+            with self.open(sha256) as stream:
+                while chunk := stream.read(CHUNK_BYTES):
+                    digest.update(chunk)
+        except NotFound:
+            return False
+        return digest.hexdigest() == sha256
+
+    def addresses(self) -> Iterator[str]:
+        """Give the address of every stored file, derived ones left out."""
+        for path in self._filesystem.find(self.root):
+            name = str(path).rpartition("/")[2]
+            if ADDRESS.fullmatch(name):
+                yield name
+
+    def remove(self, sha256: str) -> None:
+        """Remove the bytes at an address, if there are any."""
+        try:
+            self._filesystem.rm_file(self._place(sha256))
+        except FileNotFoundError:
+            return
 
     def derived(self, name: str, make: Callable[[], bytes]) -> bytes:
         """Return a derived file, made on first use; `name` must be ours, never a user's.

@@ -1,0 +1,1 @@
+"""The feature of keeping an installation for years: backups, checks, repeated hashing."""
