@@ -8,8 +8,10 @@ import math
 from dataclasses import dataclass
 from typing import Self
 
+from app.domain.cells import cells_of_box
 from app.errors import Invalid
 
+_MOST_CELLS = 400  # some 100 by 100 km; beyond it other conditions choose better
 # The shortest length of a degree of latitude on WGS84, at the equator: the box errs to the outside.
 _METRES_PER_DEG = 110_574.0
 
@@ -56,6 +58,13 @@ class Area:
     def crosses_antimeridian(self) -> bool:
         """Whether the box reaches over 180 degrees."""
         return self.west_deg > self.east_deg
+
+    @property
+    def cells(self) -> list[int] | None:
+        """The cells that the box touches; None for one too large to be found by them."""
+        return cells_of_box(
+            self.west_deg, self.south_deg, self.east_deg, self.north_deg, _MOST_CELLS
+        )
 
 
 def _wrapped(lon_deg: float) -> float:

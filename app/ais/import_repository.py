@@ -22,11 +22,13 @@ Rows = Iterable[Sequence[tuple[Any, ...]]]
 _IMPORT_LOCK = 0x4149_5301  # "AIS": any number of ours that no other lock has
 _VESSELS_AT_ONCE = 1_000
 
+# The numbers of `app.domain.cells`. To an integer SQLite truncates and Postgres rounds.
 _SQLITE_POSITIONS = """
 INSERT INTO ais_positions (site_id, file_id, mmsi, fix_time, received_at, lat_deg,
     lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min, message_type, ais_class, high_accuracy,
-    fix_time_source)
-SELECT ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16
+    fix_time_source, cell)
+SELECT ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16,
+    CAST((?7 + 90) * 20 AS INTEGER) * 7201 + CAST((?8 + 180) * 20 AS INTEGER)
 WHERE NOT EXISTS (
     SELECT 1 FROM ais_positions
     WHERE mmsi = ?4 AND fix_time = ?5 AND lat_deg = ?7 AND lon_deg = ?8
@@ -49,10 +51,11 @@ CREATE TEMPORARY TABLE IF NOT EXISTS arriving_positions (
 _KEEP_POSITIONS = """
 INSERT INTO ais_positions (site_id, file_id, mmsi, fix_time, received_at, lat_deg,
     lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min, message_type, ais_class, high_accuracy,
-    fix_time_source)
+    fix_time_source, cell)
 SELECT %(site_id)s::integer, %(file_id)s::integer, mmsi, fix_time AT TIME ZONE 'UTC',
     received_at AT TIME ZONE 'UTC', lat_deg, lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min,
-    message_type, ais_class, high_accuracy, fix_time_source
+    message_type, ais_class, high_accuracy, fix_time_source,
+    floor((lat_deg + 90) * 20)::integer * 7201 + floor((lon_deg + 180) * 20)::integer
 FROM arriving_positions AS arriving
 WHERE NOT EXISTS (
     SELECT 1 FROM ais_positions AS known

@@ -66,6 +66,8 @@ def within(
     if end is not None:
         conditions.append(AisPosition.fix_time <= end)
     if area is not None:
+        if (cells := area.cells) is not None:
+            conditions.append(AisPosition.cell.in_(cells))
         conditions.append(AisPosition.lat_deg.between(area.south_deg, area.north_deg))
         between = AisPosition.lon_deg >= area.west_deg, AisPosition.lon_deg <= area.east_deg
         conditions.append(sa.or_(*between) if area.crosses_antimeridian else sa.and_(*between))

@@ -8,9 +8,11 @@ from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.db import Base, now
+from app.domain.cells import cell_of
 
 WideId = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
 
@@ -19,6 +21,12 @@ def _of_feeds(name: str) -> sa.Index:
     """Return an index of what came live, which costs the reports of files nothing."""
     live = sa.text("feed_id IS NOT NULL")
     return sa.Index(name, "feed_id", sqlite_where=live, postgresql_where=live)
+
+
+def _cell(context: DefaultExecutionContext) -> int:
+    """Return the cell of a position that is being stored."""
+    row = context.get_current_parameters()  # type: ignore[no-untyped-call]  # SQLAlchemy has no type for it
+    return cell_of(row["lat_deg"], row["lon_deg"])
 
 
 class AisFile(Base):
@@ -71,9 +79,11 @@ class AisPosition(Base):
     ais_class: Mapped[str | None] = mapped_column(sa.String(1))
     high_accuracy: Mapped[bool | None]
     fix_time_source: Mapped[str] = mapped_column(sa.String(16), default="prompt")
+    cell: Mapped[int] = mapped_column(default=_cell)
 
     __table_args__ = (
         sa.Index("ix_ais_positions_vessel_time", "mmsi", "fix_time"),
+        sa.Index("ix_ais_positions_cell_time", "cell", "fix_time"),
         sa.Index("ix_ais_positions_time", "fix_time"),
         _of_feeds("ix_ais_positions_feed_id"),
     )
