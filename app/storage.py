@@ -110,13 +110,6 @@ class Storage:
             if ADDRESS.fullmatch(name):
                 yield name
 
-    def remove(self, sha256: str) -> None:
-        """Remove the bytes at an address, if there are any."""
-        try:
-            self._filesystem.rm_file(self._place(sha256))
-        except FileNotFoundError:
-            return
-
     def derived(self, name: str, make: Callable[[], bytes]) -> bytes:
         """Return a derived file, made on first use; `name` must be ours, never a user's.
 

@@ -87,7 +87,8 @@ def _restore_files(archive: Archive, storage: Storage) -> None:
     for sha256 in archive.files():
         if storage.is_whole(sha256):
             continue
-        storage.remove(sha256)  # damaged since: a file in its place would not be replaced
+        # Damaged since: a file in its place would not be replaced.
+        storage.remove(sha256, untouched_for_s=0.0)
         with archive.open(f"files/{sha256}") as source:
             storage.put_stream(source)
 

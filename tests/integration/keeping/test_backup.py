@@ -279,7 +279,7 @@ def test_lost_and_damaged_files_are_named_and_do_not_stop_a_backup(
     path = here.storage.local_path(damaged)
     assert path is not None
     path.write_bytes(b"rotten")
-    here.storage.remove(missing)
+    assert here.storage.remove(missing, untouched_for_s=0.0)
 
     manifest = make_backup(
         here.settings, here.database, here.storage, tmp_path / "b.tar", lambda _done, _all: None
