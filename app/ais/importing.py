@@ -127,7 +127,7 @@ def _store_reports(session: Session, recording: Decoded, site_id: int | None, fi
     messages.positions = new
     for batches in spool.statics.parts():
         import_repository.add_statics(session, site_id, file_id, batches)
-    import_repository.update_vessels(session, _vessel_rows(recording.summary))
+    import_repository.update_vessels(session, vessel_rows(recording.summary))
     import_repository.set_accounting(
         session,
         file_id,
@@ -135,7 +135,8 @@ def _store_reports(session: Session, recording: Decoded, site_id: int | None, fi
     )
 
 
-def _vessel_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
+def vessel_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
+    """Return the vessels of a recording as rows, in the order that keeps two writers apart."""
     rows = []
     for mmsi, vessel in sorted(summary.vessels.items()):
         values = asdict(vessel)
