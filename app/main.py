@@ -93,14 +93,16 @@ PAGES = (
 
 def create_app(settings: Settings | None = None) -> FastAPI:
     """Build the web application. Raises when a route forgot to declare its permission."""
-    settings = settings or get_settings()
+    app = build_routes()
+    furnish(app, settings or get_settings())
+    return app
 
-    @asynccontextmanager
-    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        yield
-        app.state.jobs.destroy()
-        app.state.database.dispose()
 
+def build_routes() -> FastAPI:
+    """Build the application's routes, which are the same for every installation.
+
+    Raises when a route forgot to declare its permission.
+    """
     app = FastAPI(
         title="Quaymark",
         version="1",
@@ -108,13 +110,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         openapi_url=f"{API}/openapi.json",
         docs_url=None,
         redoc_url=None,
-        lifespan=lifespan,
+        lifespan=_lifespan,
     )
-    app.state.settings = settings
-    app.state.database = Database(settings.database_url)
-    app.state.storage = Storage(settings.storage_url)
-    app.state.jobs = JobClient(settings.database_url)
-
     app.include_router(health.router)
     app.include_router(apidocs.router)
     for feature in REST:
@@ -123,6 +120,23 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.include_router(feature.router, include_in_schema=False)
     mount_statics(app)
     problems.install(app)
-    protect(app, settings)
     refuse_undeclared_routes(app)
     return app
+
+
+def furnish(app: FastAPI, settings: Settings) -> None:
+    """Give routes the database, store, jobs and protection of an installation, anew if need be."""
+    app.state.settings = settings
+    app.state.database = Database(settings.database_url)
+    app.state.storage = Storage(settings.storage_url)
+    app.state.jobs = JobClient(settings.database_url)
+    app.user_middleware.clear()
+    app.middleware_stack = None
+    protect(app, settings)
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    yield
+    app.state.jobs.destroy()
+    app.state.database.dispose()

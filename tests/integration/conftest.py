@@ -21,7 +21,7 @@ from app.auth.authentication import SESSION_COOKIE
 from app.auth.tokens import new_token
 from app.config import Settings
 from app.db import Database
-from app.main import create_app
+from app.main import build_routes, furnish
 from app.schema import upgrade
 from app.tables.identity import Role, User
 from tests.factories import identity
@@ -92,12 +92,18 @@ def settings(database_url: str, tmp_path: Path) -> Settings:
     )
 
 
+@pytest.fixture(scope="session")
+def routes() -> FastAPI:
+    """Build the routes once: that takes longer than most tests."""
+    return build_routes()
+
+
 @pytest.fixture
-def app(settings: Settings) -> Iterator[FastAPI]:
+def app(routes: FastAPI, settings: Settings) -> Iterator[FastAPI]:
     """Give the running application."""
-    application = create_app(settings)
-    with TestClient(application):
-        yield application
+    furnish(routes, settings)
+    with TestClient(routes):
+        yield routes
 
 
 class MakeUser(Protocol):
