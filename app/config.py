@@ -8,6 +8,7 @@ anybody can read in a public repository protects nothing.
 import re
 import secrets
 from functools import lru_cache
+from ipaddress import ip_network
 from pathlib import Path
 from typing import Literal, Self
 
@@ -57,6 +58,7 @@ class Settings(BaseSettings):
     max_upload_bytes: int = Field(64 * 2**20, ge=1)
     max_model_bytes: int = Field(1024 * 2**20, ge=1)
     max_ais_file_bytes: int = Field(1024 * 2**20, ge=1)
+    max_archive_bytes: int = Field(64 * 2**30, ge=1, description="Of photographs, unpacked")
     max_image_pixels: int = Field(100_000_000, ge=1)
 
     map_tile_url: str = Field(
@@ -65,6 +67,15 @@ class Settings(BaseSettings):
     map_attribution: str = Field("", description="Whom the tiles' licence wants named")
 
     review_lease_s: float = Field(600, gt=0, description="How long a queue's item is held")
+
+    feed_allowed_networks: list[str] = Field(
+        [], description="Networks inside that AIS feeds may connect to: 192.168.7.0/24"
+    )
+    feed_connect_timeout_s: float = Field(4.0, gt=0)
+    feed_longest_retry_s: float = Field(10.0, gt=0, description="Longest pause before a retry")
+    feed_stall_s: float = Field(60.0, gt=0, description="Silence after which a link is made anew")
+    feed_commit_s: float = Field(1.0, gt=0)
+    feed_queue_lines: int = Field(20_000, ge=1, description="Held before lines are dropped")
 
     worker_concurrency: int = Field(1, ge=1)
     detector_threads: int = Field(0, ge=0, description="0: as many as cores")
@@ -96,6 +107,11 @@ class Settings(BaseSettings):
             )
             raise ValueError(message)
         return url
+
+    @field_validator("feed_allowed_networks")
+    @classmethod
+    def _networks_are_networks(cls, networks: list[str]) -> list[str]:
+        return [str(ip_network(network)) for network in networks]
 
     def _refuse_a_placeholder_secret(self) -> None:
         secret = self.secret_key.get_secret_value()
