@@ -26,6 +26,7 @@ _SLACK_M = 100.0  # poor fixes, and antennas that are switched
 _SLACK_S = 3.0  # moments known to a second or two
 _SPEEDS_LAST_S = 120.0  # after longer a ship may have gone at any speed meanwhile
 _FEWEST_VESSELS = 4  # that many wrong clocks at once are the receiver's
+_PLACES_M = 1000.0  # nearer, it is one vessel with a poor receiver
 _UNSURE_S = 25.0  # a doubtful moment may be nearly half a minute off
 _CONFIRMABLE = frozenset({FixTimeSource.PROMPT, FixTimeSource.DOUBTFUL})
 _EARTH_M = 6_371_000.0
@@ -92,7 +93,7 @@ def doubts(
     here = [within_reach(report, other) for other in around]
     own = len(before)
     if not all(here[max(0, own - 1) : own + 2]):
-        found += _parted(around, here)
+        found += _parted(report, around, here)
     return [doubt for doubt in Doubt if doubt in found]
 
 
@@ -103,8 +104,9 @@ def within_reach(first: Fix, second: Fix) -> bool:
         fix.fix_time_source == FixTimeSource.DOUBTFUL for fix in (first, second)
     )
     speed_kn = FASTEST_KN
-    if span_s < _SPEEDS_LAST_S and first.sog_kn is not None and second.sog_kn is not None:
-        speed_kn = min(FASTEST_KN, max(first.sog_kn, second.sog_kn) + _SLACK_KN)
+    told_kn = [fix.sog_kn for fix in (first, second) if fix.sog_kn is not None]
+    if told_kn and span_s < _SPEEDS_LAST_S:
+        speed_kn = min(FASTEST_KN, max(told_kn) + _SLACK_KN)
     apart_m = _apart_m(first.lat_deg, first.lon_deg, second.lat_deg, second.lon_deg)
     return apart_m <= _SLACK_M + speed_kn * MPS_PER_KN * span_s
 
@@ -122,7 +124,7 @@ def receiver_clock_is_off(reports: Iterable[Fix]) -> bool:
     return len(latest) >= _FEWEST_VESSELS and sum(latest.values()) > len(latest) / 2
 
 
-def _parted(around: Sequence[Fix], here: Sequence[bool]) -> list[Doubt]:
+def _parted(report: Fix, around: Sequence[Fix], here: Sequence[bool]) -> list[Doubt]:
     """Say why a report and a neighbour cannot both be true; `here`: who agrees with the report."""
     elsewhere = [fix for fix, agrees in zip(around, here, strict=True) if not agrees]
     alone = sum(here) == 1
@@ -131,7 +133,10 @@ def _parted(around: Sequence[Fix], here: Sequence[bool]) -> list[Doubt]:
         return [Doubt.JUMP] if alone else []
     changes = sum(this != following for this, following in pairwise(here))
     agree = all(within_reach(elsewhere[0], other) for other in elsewhere[1:])
-    return [Doubt.TWO_PLACES if agree and changes > 1 and not alone else Doubt.JUMP]
+    own = (report.lat_deg, report.lon_deg)
+    are_places = all(_apart_m(*own, fix.lat_deg, fix.lon_deg) > _PLACES_M for fix in elsewhere)
+    takes_turns = changes > 1 and not alone and agree and are_places
+    return [Doubt.TWO_PLACES if takes_turns else Doubt.JUMP]
 
 
 def _apart_m(lat_deg: float, lon_deg: float, other_lat_deg: float, other_lon_deg: float) -> float:
