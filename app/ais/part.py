@@ -1,6 +1,6 @@
-"""One text of a recording: NMEA or a table, plain or gzip, as its content tells.
+"""One text of a recording: NMEA, lines of JSON or a table, plain or gzip, as its content tells.
 
-Memory stays flat whatever the length, because both decoders take a line at a time. The limit on
+Memory stays flat whatever the length, because all decoders take a line at a time. The limit on
 size counts what comes out of gzip, so that a small file cannot unfold into a full disk.
 """
 
@@ -10,19 +10,25 @@ import zlib
 from collections.abc import Iterable, Iterator
 from datetime import datetime
 from enum import StrEnum
+from itertools import islice
 from typing import IO
 
 from app.domain.accounting import Accounting
 from app.domain.ais import PositionReport, StaticReport
-from app.domain.ais_csv import COLUMNS, CsvDecoder, CsvHeaderError
+from app.domain.ais_csv import CsvDecoder, CsvHeaderError
+from app.domain.ais_json import JsonDecoder, row_of
 from app.domain.nmea import NmeaDecoder, decode_lines
 from app.domain.nmea_lines import split_lines
+from app.domain.rejects import RejectLog
+from app.domain.table_mapping import COLUMNS, TableMapping
+from app.domain.table_proposal import Proposal, propose
 from app.errors import Invalid, TooLarge
 
 Report = PositionReport | StaticReport
 
 _CHUNK_BYTES = 1 << 18
 _LONGEST_SHOWN = 120
+_LINES_LOOKED_AT = 50
 _GZIP = b"\x1f\x8b"
 _SENTENCE = re.compile(rb"![0-9A-Z-]{2}VD[MO],")
 _BINARY_KINDS = (
@@ -34,22 +40,23 @@ _BINARY_KINDS = (
     (_GZIP, "gzip within gzip"),
     (b"BZh", "bzip2 data"),
     (b"\xfd7zXZ", "xz data"),
+    (b"\x28\xb5\x2f\xfd", "Zstandard data, which has to be unpacked first"),
+    (b"PAR1", "a Parquet file"),
     (b"\xff\xfe", "UTF-16 text"),
     (b"\xfe\xff", "UTF-16 text"),
 )
 WANTED = (
-    "wanted are lines with !AIVDM or !AIVDO sentences, or a table with the columns "
+    "wanted are lines with !AIVDM or !AIVDO sentences, lines of JSON, or a table with the columns "
     f"{','.join(COLUMNS[:6])}[,{','.join(COLUMNS[6:])}], plain, gzip or zip"
 )
 
 
-class PartFormat(StrEnum):
-    """What a text is made of."""
+class TextKind(StrEnum):
+    """What the lines of a text are."""
 
     NMEA = "nmea"
-    NMEA_GZIP = "nmea+gzip"
+    JSON = "json"
     CSV = "csv"
-    CSV_GZIP = "csv+gzip"
 
 
 class TextAllowance:
@@ -74,47 +81,90 @@ class TextAllowance:
 class Part:
     """An open text; its accounting is complete once `reports` has ended.
 
-    `entry` is its name where it comes from an archive: errors tell it. Raises Invalid for what is
-    no recording.
+    `entry` is its name where it comes from an archive: errors tell it. `mapping` says how to read
+    a table; without one its header tells. Raises Invalid for what is no recording.
     """
 
     def __init__(
-        self, stream: IO[bytes], allowance: TextAllowance, not_after: datetime, entry: str = ""
+        self,
+        stream: IO[bytes],
+        allowance: TextAllowance,
+        not_after: datetime,
+        entry: str = "",
+        *,
+        mapping: TableMapping | None = None,
+        rejects: RejectLog | None = None,
     ) -> None:
-        self._where = f"its entry {entry[:_LONGEST_SHOWN]!r}: " if entry else ""
+        self.entry = entry
         stream.seek(0)
-        is_gzip = stream.read(2) == _GZIP
+        self.is_gzip = stream.read(2) == _GZIP
         stream.seek(0)
-        self._chunks = allowance.charged(self._unpacked(stream) if is_gzip else _plain(stream))
+        self._chunks = allowance.charged(self._unpacked(stream) if self.is_gzip else _plain(stream))
         self._first_chunk = next(self._chunks, b"")
-        self._csv: CsvDecoder | None = None
-        self._nmea = NmeaDecoder(not_after)
-        if self._is_nmea(self._first_chunk):
-            self.format = PartFormat.NMEA_GZIP if is_gzip else PartFormat.NMEA
-        else:
-            self.format = PartFormat.CSV_GZIP if is_gzip else PartFormat.CSV
-            self._csv = CsvDecoder(not_after)
+        self.kind = self._recognised(self._first_chunk)
+        self._decoder: NmeaDecoder | JsonDecoder | CsvDecoder
+        match self.kind:
+            case TextKind.NMEA:
+                self._decoder = NmeaDecoder(not_after, rejects)
+            case TextKind.JSON:
+                self._decoder = JsonDecoder(not_after, rejects)
+            case TextKind.CSV:
+                self._decoder = CsvDecoder(not_after, mapping, rejects)
+
+    @property
+    def format(self) -> str:
+        """What it is made of: `nmea`, `json`, `csv`, or one of them with `+gzip`."""
+        return f"{self.kind}+gzip" if self.is_gzip else self.kind.value
 
     @property
     def accounting(self) -> Accounting:
         """What became of every line so far."""
-        return self._nmea.accounting if self._csv is None else self._csv.accounting
+        return self._decoder.accounting
+
+    def proposal(self) -> Proposal | None:
+        """Return how a table seems to be made, None for what is no table."""
+        if self.kind is not TextKind.CSV:
+            return None
+        return propose(list(map(_text, islice(self._head_lines(), 4 * _LINES_LOOKED_AT))))
 
     def reports(self) -> Iterator[Report]:
         """Yield all reports once. Raises Invalid when the text turns out to hold none at all."""
         lines = split_lines(self._all_chunks())
-        if self._csv is None:
-            yield from decode_lines(lines, self._nmea)
+        if isinstance(self._decoder, NmeaDecoder):
+            yield from decode_lines(lines, self._decoder)
         else:
-            try:
-                yield from self._csv.decode(
-                    f"{line.decode('utf-8', 'replace')}\n" for line in lines
-                )
-            except CsvHeaderError as error:
-                raise self._refused(str(error)) from error
+            yield from self._decoded(lines)
+            self._finish()
         if self.accounting.sentences.total == 0:
             found = f"{self.accounting.lines.total} lines without one AIS sentence or row"
             raise self._refused(f"{found}; {WANTED}")
+
+    def first_reports(self, most_lines: int) -> Iterator[Report]:
+        """Yield the reports of the first lines; parts of messages may then be pending."""
+        lines = split_lines(self._all_chunks())
+        yield from self._decoded(islice(lines, most_lines))
+        if next(lines, None) is None:
+            self._finish()
+
+    def _decoded(self, lines: Iterable[bytes]) -> Iterator[Report]:
+        decoder = self._decoder
+        if isinstance(decoder, NmeaDecoder):
+            for line in lines:
+                yield from decoder.feed(line)
+        elif isinstance(decoder, JsonDecoder):
+            yield from decoder.decode(lines)
+        else:
+            try:
+                yield from decoder.decode(map(_text, lines))
+            except CsvHeaderError as error:
+                raise self._refused(str(error)) from error
+
+    def _finish(self) -> None:
+        if not isinstance(self._decoder, CsvDecoder):
+            self._decoder.finish()
+
+    def _head_lines(self) -> Iterator[bytes]:
+        return split_lines([self._first_chunk])
 
     def _all_chunks(self) -> Iterator[bytes]:
         yield self._first_chunk
@@ -127,8 +177,8 @@ class Part:
             except (OSError, EOFError, zlib.error) as error:
                 raise self._refused(f"its gzip data is damaged or cut off: {error}") from error
 
-    def _is_nmea(self, head: bytes) -> bool:
-        """Whether the beginning of a text is NMEA, not a table. Raises Invalid for neither."""
+    def _recognised(self, head: bytes) -> TextKind:
+        """Tell the kind by the beginning of a text. Raises Invalid for none."""
         if not head:
             raise self._refused(f"it is empty; {WANTED}")
         if b"\x00" in head or any(head.startswith(magic) for magic, _ in _BINARY_KINDS):
@@ -136,17 +186,25 @@ class Part:
                 (kind for magic, kind in _BINARY_KINDS if head.startswith(magic)), "binary data"
             )
             raise self._refused(f"this is {kind}; {WANTED}")
+        lines = list(islice(filter(bytes.strip, self._head_lines()), _LINES_LOOKED_AT))
+        if any(b"{" in line and row_of(line) is not None for line in lines):
+            return TextKind.JSON
         if _SENTENCE.search(head) or head.lstrip()[:1] in {b"$", b"!", b"\\"}:
-            return True
-        lines = (line for line in head.splitlines() if line.strip()[:1] not in {b"", b"#"})
-        first = next(lines, b"")
-        if b"," not in first or first.lstrip()[:1] in {b"<", b"{", b"["}:
+            return TextKind.NMEA
+        first = next((line for line in lines if line.lstrip()[:1] != b"#"), b"") or head[:40]
+        is_row = any(mark in first for mark in (b",", b";", b"\t", b"|"))
+        if not is_row or first.lstrip()[:1] in {b"<", b"{", b"["}:
             start = first[:40].decode("utf-8", "replace")
             raise self._refused(f"it begins with {start!r}; {WANTED}")
-        return False
+        return TextKind.CSV
 
     def _refused(self, reason: str) -> Invalid:
-        return Invalid.field("file", f"{self._where}{reason}")
+        where = f"its entry {self.entry[:_LONGEST_SHOWN]!r}: " if self.entry else ""
+        return Invalid.field("file", f"{where}{reason}")
+
+
+def _text(line: bytes) -> str:
+    return f"{line.decode('utf-8', 'replace')}\n"
 
 
 def _plain(stream: IO[bytes] | gzip.GzipFile) -> Iterator[bytes]:

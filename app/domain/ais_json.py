@@ -61,13 +61,16 @@ class JsonDecoder:
         return total
 
     def decode(self, lines: Iterable[bytes]) -> Iterator[ais.PositionReport | ais.StaticReport]:
-        """Yield the reports of all lines."""
+        """Yield the reports of lines; `finish` when there are no more."""
         for line in lines:
             yield from self._line(line)
+
+    def finish(self) -> None:
+        """End the input: what is unfinished becomes orphaned."""
         self._text.finish()
 
     def _line(self, line: bytes) -> Reports:
-        row = _row_of(line)
+        row = row_of(line)
         if row is None:
             return self._text.feed(line)
         time = self._time(row)
@@ -176,7 +179,7 @@ class JsonDecoder:
         return None
 
 
-def _row_of(line: bytes) -> Row | None:
+def row_of(line: bytes) -> Row | None:
     """Return the object that a line holds, whatever stands before it; None without one."""
     start = line.find(b"{")
     if start < 0 or len(line) > LONGEST_LINE:

@@ -30,6 +30,7 @@ def decode(*lines: str) -> tuple[list[PositionReport | StaticReport], JsonDecode
     """Decode lines; return the reports and the decoder."""
     decoder = JsonDecoder()
     reports = list(decoder.decode(line.encode() for line in lines))
+    decoder.finish()
     assert decoder.accounting.balances
     assert decoder.accounting.lines.total == len(lines)
     return reports, decoder
@@ -116,6 +117,7 @@ def test_no_line_breaks_the_reader(lines: list[str]) -> None:
     told: list[Reject] = []
     decoder = JsonDecoder(rejects=RejectLog(told.append))
     list(decoder.decode(line.encode() for line in lines))
+    decoder.finish()
     counts = decoder.accounting
     assert counts.balances
     assert counts.lines.total == len(lines)
