@@ -72,12 +72,15 @@ def is_zip(stream: IO[bytes]) -> bool:
     return MAGIC.match(head) is not None
 
 
-def entries(stream: IO[bytes], limits: Limits) -> Iterator[tuple[str, IO[bytes]]]:
+def entries(
+    stream: IO[bytes], limits: Limits, passed_over: list[str] | None = None
+) -> Iterator[tuple[str, IO[bytes]]]:
     """Check a zip archive's whole directory, then iterate its files.
 
     Args:
         stream: seekable; stays open, and must stay so while the entries are read.
         limits: what the caller has room for.
+        passed_over: gets the names of the files that are passed over, if given.
 
     Returns:
         Name and seekable stream of each file, in the archive's order; a stream is good until the
@@ -101,6 +104,10 @@ def entries(stream: IO[bytes], limits: Limits) -> Iterator[tuple[str, IO[bytes]]
     _check_sizes(listed, limits)
     _check_places(stream, listed, archive.start_dir)
     wanted = [info for info in listed if not _is_passed_over(info)]
+    if passed_over is not None:
+        passed_over += [
+            info.filename for info in listed if _is_passed_over(info) and not _is_folder(info)
+        ]
     for info in wanted:
         _refuse_an_archive(archive, info)
     return _read(archive, wanted)

@@ -31,6 +31,7 @@ from app.guideline import router as guideline
 from app.guideline import set_pages as calibration_set_pages
 from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
+from app.imports import router as imports
 from app.jobs import JobClient
 from app.registration import editor_pages as registration_editor
 from app.registration import landmark_router as landmarks
@@ -60,6 +61,7 @@ REST = (
     reregistration,
     calibration,
     imagery,
+    imports,
     ais,
     detectors,
     runs,

@@ -1,8 +1,13 @@
 """What bytes are before they are believed: format, size and decodability of a photograph.
 
 The header alone decides first, with only three formats tried, so that a pixel bomb or a web page
-in disguise never reaches a decoder. Then the picture is decoded once: a file that breaks off half
-way would otherwise fail in a worker, hours later.
+in disguise never reaches a decoder. Then comes the question whether the picture is whole: a file
+that breaks off half way would otherwise fail in a worker, hours later. A single upload is decoded
+once for it. Of thousands that come together, a JPEG that ends with its end marker counts as whole.
+
+A picture that EXIF says to turn is refused. Browsers and some decoders turn it, others do not, so
+"pixel (u, v)" would mean two places, and the camera's intrinsics fit only one of them. Which one is
+for the operator to say: by turning the pixels, or by removing the tag.
 """
 
 import io
@@ -26,6 +31,8 @@ MEDIA_TYPES = {
 }
 MAGIC = re.compile(rb"\xff\xd8\xff|\x89PNG\r\n\x1a\n|RIFF....WEBP", re.DOTALL)
 UPRIGHT = 1
+_JPEG_END = b"\xff\xd9"
+_TAIL_BYTES = 1 << 16
 # Cheap cameras pad their files; libjpeg warns and decodes every pixel.
 HARMLESS = re.compile(r"extraneous bytes before marker")
 # Our own limit is checked on every header; Pillow's fixed one would get in its way.
@@ -96,6 +103,17 @@ def check_decodes(data: bytes, photo: Photo) -> None:
         ) from error
 
 
+def check_whole(data: bytes, photo: Photo) -> None:
+    """Check that a picture does not break off, without decoding a JPEG that shows its end.
+
+    Cameras on a full disk leave a tail of zeros instead of pixels; a few put zeros behind the end.
+    Raises Invalid when it breaks off.
+    """
+    ends = photo.media_type == "image/jpeg" and data[-_TAIL_BYTES:].rstrip(b"\0")[-2:] == _JPEG_END
+    if not ends:
+        check_decodes(data, photo)
+
+
 def _check_jpeg(data: bytes, photo: Photo) -> None:
     try:
         simplejpeg.decode_jpeg(data, "GRAY", fastdct=True, min_width=-(-photo.width_px // 8))
@@ -122,18 +140,28 @@ def _exif(picture: Image.Image) -> tuple[int, datetime | None]:
         return UPRIGHT, None
     # Values out of the range of 1 to 8 mean nothing; viewers ignore them.
     turned = orientation if orientation in range(2, 9) else UPRIGHT
+    tag = ExifTags.Base
     return cast("int", turned), _moment(
-        details.get(ExifTags.Base.DateTimeOriginal), details.get(ExifTags.Base.OffsetTimeOriginal)
+        details.get(tag.DateTimeOriginal),
+        details.get(tag.SubsecTimeOriginal),
+        details.get(tag.OffsetTimeOriginal) or details.get(tag.OffsetTime),
     )
 
 
-def _moment(taken: object, offset: object) -> datetime | None:
+def _moment(taken: object, fraction: object, offset: object) -> datetime | None:
     try:
-        moment = datetime.strptime(str(taken).strip("\0 "), "%Y:%m:%d %H:%M:%S")  # noqa: DTZ007  EXIF may have no zone
+        moment = datetime.strptime(_text(taken), "%Y:%m:%d %H:%M:%S")  # noqa: DTZ007  EXIF may have no zone
     except ValueError:
         return None
+    digits = _text(fraction)
+    if digits.isascii() and digits.isdigit():
+        moment = moment.replace(microsecond=int(digits[:6].ljust(6, "0")))
     try:
-        zone = datetime.strptime(str(offset).strip("\0 "), "%z").tzinfo
+        zone = datetime.strptime(_text(offset), "%z").tzinfo
     except ValueError:
         return moment
     return moment.replace(tzinfo=zone)
+
+
+def _text(value: object) -> str:
+    return str(value).strip("\0 ")

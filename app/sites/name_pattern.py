@@ -6,6 +6,7 @@ and camera names around it.
 
 import re
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import PurePosixPath
 
 COMMON_PATTERNS = (
@@ -20,6 +21,7 @@ COMMON_PATTERNS = (
 # The letters a pattern may use: digits of fixed width, found anywhere in a name.
 LETTERS = {
     "%Y": r"(?P<Y>\d{4})",
+    "%y": r"(?P<y>\d{2})",
     "%m": r"(?P<m>\d{2})",
     "%d": r"(?P<d>\d{2})",
     "%H": r"(?P<H>\d{2})",
@@ -29,7 +31,7 @@ LETTERS = {
     "%z": r"(?P<z>Z|[+-]\d{2}:?\d{2})",
     "%s": r"(?P<s>\d{10})",
 }
-NEEDED = ("%Y", "%m", "%d", "%H", "%M")
+NEEDED = ("%m", "%d", "%H", "%M")
 
 
 def check_pattern(pattern: str) -> str:
@@ -40,9 +42,15 @@ def check_pattern(pattern: str) -> str:
         raise ValueError(f"knows {', '.join(LETTERS)}, not {', '.join(unknown)}")
     if len(letters) != len(set(letters)):
         raise ValueError("uses a letter twice")
-    if "%s" not in letters and not set(NEEDED) <= set(letters):
-        raise ValueError(f"needs at least {' '.join(NEEDED)}, or %s for seconds since 1970")
+    has_day = set(NEEDED) <= set(letters) and not {"%Y", "%y"}.isdisjoint(letters)
+    if "%s" not in letters and not has_day:
+        raise ValueError(f"needs at least %Y {' '.join(NEEDED)}, or %s for seconds since 1970")
     return pattern
+
+
+def told_by(name: str, pattern: str) -> datetime | None:
+    """Return the moment that a name, with its ending or without, tells by one pattern, or None."""
+    return _matched(PurePosixPath(name).stem, pattern)
 
 
 def from_file_name(file_name: str, pattern: str | None) -> datetime | None:
@@ -56,24 +64,30 @@ def from_file_name(file_name: str, pattern: str | None) -> datetime | None:
 
 
 def _matched(stem: str, pattern: str) -> datetime | None:
-    parts = re.split(r"(%.)", pattern)
-    expression = "".join(LETTERS.get(part, re.escape(part)) for part in parts)
-    found = re.search(rf"(?<!\d){expression}(?!\d)", stem)
+    found = _expression(pattern).search(stem)
     return _moment(found.groupdict()) if found else None
 
 
+@lru_cache(maxsize=256)
+def _expression(pattern: str) -> re.Pattern[str]:
+    parts = re.split(r"(%.)", pattern)
+    expression = "".join(LETTERS.get(part, re.escape(part)) for part in parts)
+    return re.compile(rf"(?<!\d){expression}(?!\d)")
+
+
 def _moment(said: dict[str, str]) -> datetime | None:
+    microsecond = int(said.get("f", "0").ljust(6, "0"))
     if "s" in said:
-        return datetime.fromtimestamp(int(said["s"]), UTC)
+        return datetime.fromtimestamp(int(said["s"]), UTC).replace(microsecond=microsecond)
     try:
         moment = datetime(  # noqa: DTZ001  the zone follows, or is the camera's
-            int(said["Y"]),
+            int(said["Y"]) if "Y" in said else 2000 + int(said["y"]),
             int(said["m"]),
             int(said["d"]),
             int(said["H"]),
             int(said["M"]),
             int(said.get("S", "0")),
-            int(said.get("f", "0").ljust(6, "0")),
+            microsecond,
         )
         zone = said.get("z")
         return moment.replace(tzinfo=datetime.strptime(zone, "%z").tzinfo) if zone else moment

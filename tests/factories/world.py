@@ -15,6 +15,7 @@ from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.exports import Export
 from app.tables.groundtruth import GroundTruthBox, VesselClass
 from app.tables.imagery import CaptureTimeSource, Image
+from app.tables.imports import ImageImport, ImportFile
 from app.tables.notes import Comment
 from app.tables.practice import CalibrationSet, JudgedPose
 from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue
@@ -65,6 +66,7 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     session.flush()
     run_ids = _run(session, site, viewport, image, marker, mmsi)
     turned = make_turned(session, viewport, image, run_ids["registration_id"], marker)
+    ids |= _import(session, camera, marker)
     return ids | {"image_id": image.id, "box_id": box.id} | run_ids | turned
 
 
@@ -113,6 +115,20 @@ def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) ->
     session.add(image)
     session.flush()
     return image
+
+
+def _import(session: Session, camera: Camera, marker: str) -> dict[str, int]:
+    batch = ImageImport(
+        site_id=camera.site_id, camera_id=camera.id, name=f"{marker} card", times={}
+    )
+    session.add(batch)
+    session.flush()
+    file = ImportFile(
+        import_id=batch.id, path=f"{marker}.jpg", path_key=f"{batch.id:064d}", size_bytes=1
+    )
+    session.add(file)
+    session.flush()
+    return {"import_id": batch.id, "import_file_id": file.id}
 
 
 def make_turned(

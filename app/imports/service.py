@@ -1,0 +1,314 @@
+"""Batches: begun, looked at, committed in one transaction, undone, restored and moved as a whole.
+
+Nothing of a batch is an image before it is committed. The commit is a single statement over rows
+that were worked out before it, so a batch is there as a whole or not at all, and the database is
+held for a fraction of a second even for tens of thousands of images.
+"""
+
+import csv
+import io
+from collections.abc import Callable, Sequence
+from datetime import datetime, timedelta
+from typing import Any
+
+from sqlalchemy.orm import Session
+from sqlalchemy.orm.exc import StaleDataError
+
+from app.db import now
+from app.errors import Conflict, Invalid, NotFound, PreconditionFailed
+from app.imagery.names import tidy
+from app.imports import repository, states
+from app.imports.preview import Camera as Judge
+from app.imports.preview import Preview, Ready, preview, viewport_at
+from app.imports.proposals import Proposal, propose
+from app.imports.schemas import TakesAlongOut, TimesTableOut
+from app.imports.states import Act
+from app.imports.times import TimeSettings
+from app.paging import Paging
+from app.tables.imagery import Image
+from app.tables.imports import FileState, ImageImport, ImportFile, ImportStatus
+from app.tables.sites import Camera, Viewport
+
+NO_IMPORT = "there is no such import"
+KEPT_FOR = timedelta(days=30)
+NAMES_READ = 500
+UNKNOWN_SHOWN = 5
+
+
+def start(session: Session, camera: Camera, name: str, user_id: int | None) -> ImageImport:
+    """Begin a batch for a camera, its times told as the camera's usually are."""
+    pattern = camera.file_name_pattern
+    times = TimeSettings(patterns=[pattern] if pattern else [], timezone=camera.timezone)
+    row = ImageImport(
+        site_id=camera.site_id,
+        camera_id=camera.id,
+        name=name,
+        times=times.model_dump(mode="json"),
+        created_by_id=user_id,
+    )
+    session.add(row)
+    session.flush()
+    return row
+
+
+def get(session: Session, import_id: int) -> ImageImport:
+    """Return a batch. Raises NotFound."""
+    row = repository.get(session, import_id)
+    if row is None:
+        raise NotFound(NO_IMPORT)
+    return row
+
+
+def open_import(session: Session, import_id: int) -> ImageImport:
+    """Return a batch that still takes files. Raises NotFound, Conflict."""
+    row = get(session, import_id)
+    states.after(row.status, Act.ADD)
+    return row
+
+
+def list_imports(
+    session: Session,
+    site_ids: frozenset[int] | None,
+    camera_id: int | None,
+    status: ImportStatus | None,
+    paging: Paging,
+) -> tuple[Sequence[ImageImport], str | None]:
+    """Return a page of batches, oldest first."""
+    return repository.listed(session, site_ids, camera_id, status, paging)
+
+
+def newest(session: Session, camera_id: int, limit: int) -> Sequence[ImageImport]:
+    """Return a camera's newest batches, newest first, without those discarded."""
+    return repository.of_camera(session, camera_id, limit)
+
+
+def open_named(session: Session, camera_id: int, name: str) -> ImageImport | None:
+    """Return a camera's newest batch of a name that still collects."""
+    return repository.open_named(session, camera_id, name)
+
+
+def list_files(
+    session: Session, import_id: int, state: FileState | None, paging: Paging
+) -> tuple[Sequence[ImportFile], str | None]:
+    """Return a page of a batch's files, in the order they were announced."""
+    return repository.file_page(session, import_id, state, paging)
+
+
+def set_times(row: ImageImport, times: TimeSettings) -> None:
+    """Choose how a batch's files tell their times. Raises Conflict once it is committed."""
+    states.after(row.status, Act.ADD)
+    row.times = times.model_dump(mode="json")
+
+
+def set_listed_times(session: Session, row: ImageImport, text: str) -> TimesTableOut:
+    """Take a table of file name and time; a name without folders stands for any folder's.
+
+    Raises Invalid naming the line that cannot be read; then nothing is taken.
+    """
+    states.after(row.status, Act.ADD)
+    listed = _table(text)
+    files = repository.all_files(session, row.id)
+    used: set[str] = set()
+    changes: list[dict[str, Any]] = []
+    for file in files:
+        name = next(
+            (key for key in (file.path, file.path.rpartition("/")[2]) if key in listed), None
+        )
+        if name is not None:
+            used.add(name)
+            changes.append({"id": file.id, "listed_at": listed[name].isoformat()})
+    repository.update_files(session, changes)
+    unknown = [name for name in listed if name not in used]
+    return TimesTableOut(
+        matched=len(changes), unknown_names=unknown[:UNKNOWN_SHOWN], unknown_count=len(unknown)
+    )
+
+
+def _table(text: str) -> dict[str, datetime]:
+    listed: dict[str, datetime] = {}
+    for number, line in enumerate(csv.reader(io.StringIO(text.removeprefix("\ufeff"))), 1):
+        if not any(cell.strip() for cell in line):
+            continue
+        if len(line) < 2:
+            raise Invalid.field("times", f"line {number} needs two columns: file name, time")
+        name, moment = line[0].strip(), line[1].strip()
+        try:
+            listed[name] = datetime.fromisoformat(moment)
+        except ValueError as error:
+            if not listed and number == 1:  # the names of the columns
+                continue
+            raise Invalid.field(
+                "times", f"line {number}: {moment[:40]!r} is no time such as 2026-07-01 10:11:12"
+            ) from error
+    return listed
+
+
+def preview_of(session: Session, row: ImageImport, times: TimeSettings | None = None) -> Preview:
+    """Work out what committing a batch would do, by its own time rule or one that is tried."""
+    chosen = times or TimeSettings.model_validate(row.times)
+    camera = row.camera
+    judge = Judge(
+        camera.width_px,
+        camera.height_px,
+        repository.viewports(session, camera.id),
+        frozenset(repository.known_hashes(session, row.id, camera.id)),
+    )
+    return preview(repository.all_files(session, row.id), chosen, judge, now())
+
+
+def proposals(session: Session, row: ImageImport) -> list[Proposal]:
+    """Return the patterns that the names of a batch's photographs seem to follow."""
+    paths = repository.staged_names(session, row.id, NAMES_READ)
+    return propose([path.rpartition("/")[2] for path in paths], now() + timedelta(days=1))
+
+
+def viewports(session: Session, row: ImageImport) -> Sequence[Viewport]:
+    """Return the viewports of a batch's camera."""
+    return repository.viewports(session, row.camera_id)
+
+
+def progress(session: Session, row: ImageImport) -> dict[FileState, tuple[int, int]]:
+    """Return, by state, how many files there are and how many bytes of them have come."""
+    return repository.states(session, row.id)
+
+
+def commit(session: Session, row: ImageImport, made: Preview, *, leave_out_waiting: bool) -> None:
+    """Make images of what a preview found ready. Raises Conflict where there is nothing to do."""
+    status = states.after(row.status, Act.COMMIT)
+    if made.waiting_count and not leave_out_waiting:
+        raise Conflict(
+            f"{made.waiting_count:,} files have not come yet; send them, or commit without them "
+            "(leave_out_waiting)"
+        )
+    if not made.ready:
+        raise Conflict("none of its files can become an image; see what is odd about them")
+    repository.share_camera(session, row.camera_id)
+    spans = repository.viewports(session, row.camera_id)
+
+    def viewport_of(moment: datetime) -> int | None:
+        found = viewport_at(spans, moment)
+        return found.id if found else None
+
+    repository.upsert_images(session, [_image(row, item, viewport_of) for item in made.ready])
+    row.status, row.committed_at = status, now()
+    row.image_count = repository.count_images(session, row)
+    flush(session)
+
+
+def _image(
+    row: ImageImport, item: Ready, viewport_of: Callable[[datetime], int | None]
+) -> dict[str, Any]:
+    file, moment = item.file, item.told.moment
+    media_type = file.media_type or ""
+    return {
+        "site_id": row.site_id,
+        "camera_id": row.camera_id,
+        "viewport_id": viewport_of(moment),
+        "sha256": file.sha256,
+        "media_type": media_type,
+        "file_name": tidy(file.path, media_type),
+        "size_bytes": file.size_bytes,
+        "width_px": file.width_px,
+        "height_px": file.height_px,
+        "captured_at": moment,
+        "captured_at_raw": moment,
+        "captured_at_source": item.told.source,
+        "import_id": row.id,
+    }
+
+
+def discard(session: Session, row: ImageImport) -> None:
+    """Give a batch up before it is committed: its files are forgotten."""
+    row.status = states.after(row.status, Act.DISCARD)
+    repository.forget_files(session, row.id)
+    flush(session)
+
+
+def takes_along(session: Session, row: ImageImport) -> TakesAlongOut:
+    """Count what disappears when a batch is undone or moved."""
+    poses, runs, reviews, corrections = repository.takes_along(session, row)
+    return TakesAlongOut(
+        images=repository.count_images(session, row),
+        poses=poses,
+        runs=runs,
+        reviews=reviews,
+        corrections=corrections,
+    )
+
+
+def undo(session: Session, row: ImageImport) -> int:
+    """Delete all images of a batch; returns how many. They can be restored for 30 days."""
+    row.status, row.undone_at = states.after(row.status, Act.UNDO), now()
+    count = repository.hide_images(session, row, row.undone_at)
+    flush(session)
+    return count
+
+
+def restore(session: Session, row: ImageImport) -> int:
+    """Bring the images of an undone batch back; returns how many. Raises Conflict after 30 days."""
+    status = states.after(row.status, Act.RESTORE)
+    if row.undone_at is not None and row.undone_at < now() - KEPT_FOR:
+        raise Conflict("it was undone more than 30 days ago, and its images are gone; import anew")
+    count = repository.show_images(session, row)
+    row.status, row.undone_at = status, None
+    flush(session)
+    return count
+
+
+def move(session: Session, row: ImageImport, target: Camera) -> int:
+    """Give a batch to another camera; returns how many images went.
+
+    Committed images are made anew at the other camera and deleted at this one, with what rests on
+    them: a pose that was computed for another camera would be wrong. Raises Conflict where the
+    sizes differ.
+    """
+    row.status = states.after(row.status, Act.MOVE)
+    if target.id == row.camera_id:
+        raise Conflict("the import is at this camera already")
+    images = repository.images_of(session, row)
+    for image in images:
+        if (image.width_px, image.height_px) != (target.width_px, target.height_px):
+            raise Conflict(
+                f"its images have {image.width_px} x {image.height_px} px, but camera "
+                f"{target.name!r} takes {target.width_px} x {target.height_px} px"
+            )
+    repository.share_camera(session, target.id)
+    spans = repository.viewports(session, target.id)
+    repository.hide_images(session, row, now())
+    row.camera_id, row.site_id = target.id, target.site_id
+    repository.upsert_images(session, [_moved(image, target, spans) for image in images])
+    row.image_count = repository.count_images(session, row)
+    flush(session)
+    session.refresh(row, ["camera"])
+    return len(images)
+
+
+def _moved(image: Image, target: Camera, spans: Sequence[Viewport]) -> dict[str, Any]:
+    kept = (
+        "sha256",
+        "media_type",
+        "file_name",
+        "size_bytes",
+        "width_px",
+        "height_px",
+        "captured_at_raw",
+        "captured_at_source",
+        "import_id",
+    )
+    found = viewport_at(spans, image.captured_at_raw)
+    return {name: getattr(image, name) for name in kept} | {
+        "site_id": target.site_id,
+        "camera_id": target.id,
+        "viewport_id": found.id if found else None,
+        "captured_at": image.captured_at_raw,
+    }
+
+
+def flush(session: Session) -> None:
+    """Write what changed. Raises PreconditionFailed when somebody else changed it too."""
+    try:
+        session.flush()
+    except StaleDataError as error:
+        raise PreconditionFailed(
+            "somebody else changed it meanwhile; read it again, then repeat the edit"
+        ) from error
