@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 from app.db import find
 from app.imagery.span import ImageSpan
 from app.paging import Paging, fetch_page
+from app.tables.deletion import WITH_DELETED
 from app.tables.imagery import Image
 from app.tables.sites import Camera, Viewport
 
@@ -55,7 +56,8 @@ def image(session: Session, image_id: int) -> Image | None:
 def by_content(session: Session, camera_id: int, sha256: str) -> Image | None:
     """Return a camera's image with these bytes, deleted or not."""
     return session.scalar(
-        sa.select(Image).where(Image.camera_id == camera_id, Image.sha256 == sha256)
+        sa.select(Image).where(Image.camera_id == camera_id, Image.sha256 == sha256),
+        execution_options=WITH_DELETED,
     )
 
 
@@ -93,6 +95,7 @@ def assign_viewports(session: Session, camera_id: int) -> None:
         sa.select(Viewport.id)
         .where(
             Viewport.camera_id == Image.camera_id,
+            Viewport.deleted_at.is_(None),  # inside an update no query leaves it out
             sa.or_(Viewport.valid_from.is_(None), Viewport.valid_from <= Image.captured_at),
             sa.or_(Viewport.valid_until.is_(None), Viewport.valid_until > Image.captured_at),
         )

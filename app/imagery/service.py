@@ -136,7 +136,7 @@ def remember(session: Session, incoming: Incoming) -> tuple[Image, bool]:
     if image is None:
         raise NotFound(sites.NO_CAMERA)
     if image.deleted_at is not None:
-        image.deleted_at = None
+        image.deleted_at = image.deletion_id = None
         image.file_name = incoming.file_name
         image.captured_at = incoming.captured_at
         image.captured_at_source = incoming.captured_at_source

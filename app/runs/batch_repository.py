@@ -18,6 +18,7 @@ from app.domain.detection import Detection as DetectedBox
 from app.runs.inheritance_repository import inherit
 from app.sites.water import Level
 from app.tables.detection import Detection, DetectionSet, Model
+from app.tables.deletion import WITH_DELETED
 from app.tables.imagery import Image
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
 from app.tables.sites import Site
@@ -74,7 +75,8 @@ def images_between(session: Session, run_id: int, start: int, stop: int) -> Sequ
             RunImage.position < stop,
             RunImage.done_at.is_(None),
         )
-        .order_by(RunImage.position)
+        .order_by(RunImage.position),
+        execution_options=WITH_DELETED,
     ).all()
 
 

@@ -3,6 +3,8 @@
 from app.tables import (
     ais,
     calibration,
+    clock,
+    deletion,
     detection,
     exports,
     feeds,
@@ -10,6 +12,7 @@ from app.tables import (
     identity,
     imagery,
     imports,
+    live,
     notes,
     operation,
     practice,
@@ -25,6 +28,8 @@ from app.tables import (
 __all__ = [
     "ais",
     "calibration",
+    "clock",
+    "deletion",
     "detection",
     "exports",
     "feeds",
@@ -32,6 +37,7 @@ __all__ = [
     "identity",
     "imagery",
     "imports",
+    "live",
     "notes",
     "operation",
     "practice",

@@ -73,7 +73,10 @@ class LoginSession(Base):
 
 
 class ApiToken(Base):
-    """A script's key: scoped, expiring, shown once; only its SHA-256 is kept."""
+    """A script's key: scoped, expiring, shown once; only its SHA-256 is kept.
+
+    One of a camera does nothing but drop photographs of that camera.
+    """
 
     __tablename__ = "api_tokens"
 
@@ -84,6 +87,9 @@ class ApiToken(Base):
     scopes: Mapped[list[str]]
     created_at: Mapped[datetime] = mapped_column(default=now)
     expires_at: Mapped[datetime]
+    camera_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("cameras.id", ondelete="CASCADE"), index=True
+    )
     last_used_at: Mapped[datetime | None]
     revoked_at: Mapped[datetime | None]
 

@@ -8,6 +8,7 @@ from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, enum_type, now
+from app.tables.deletion import Deletable, index_of_deleted
 from app.tables.sites import Camera, Viewport
 
 
@@ -26,7 +27,7 @@ def _as_captured(context: DefaultExecutionContext) -> datetime:
     return moment
 
 
-class Image(Base):
+class Image(Deletable, Base):
     """A photograph of a camera; the same bytes are one image of that camera.
 
     `captured_at_raw` is the moment its source told; `captured_at` is the one all else goes by.
@@ -53,7 +54,6 @@ class Image(Base):
         sa.ForeignKey("image_imports.id", ondelete="SET NULL"), index=True
     )
     created_at: Mapped[datetime] = mapped_column(default=now)
-    deleted_at: Mapped[datetime | None]
 
     camera: Mapped[Camera] = relationship()
     viewport: Mapped[Viewport | None] = relationship()
@@ -61,4 +61,5 @@ class Image(Base):
     __table_args__ = (
         sa.UniqueConstraint("camera_id", "sha256"),
         sa.Index("ix_images_camera_time", "camera_id", "captured_at", "id"),
+        index_of_deleted("images"),
     )

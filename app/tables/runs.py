@@ -13,6 +13,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, Json, enum_type, now
 from app.tables.ais import WideId
+from app.tables.deletion import Deletable, index_of_deleted
 from app.tables.detection import Detection, Model
 from app.tables.imagery import Image
 from app.tables.registration import Registration
@@ -29,8 +30,11 @@ class RunStatus(StrEnum):
     CANCELLED = "cancelled"
 
 
-class Run(Base):
-    """One pass of the pipeline over a viewport's images, with all its parameters."""
+class Run(Deletable, Base):
+    """One pass of the pipeline over a viewport's images, with all its parameters.
+
+    `has_changed_images` says that times or viewports of its images were changed since.
+    """
 
     __tablename__ = "runs"
 
@@ -57,17 +61,20 @@ class Run(Base):
     created_by_id: Mapped[int | None] = mapped_column(
         sa.ForeignKey("users.id", ondelete="SET NULL")
     )
+    has_changed_images: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
 
     viewport: Mapped[Viewport] = relationship()
     registration: Mapped[Registration] = relationship()
     model: Mapped[Model] = relationship()
 
+    __table_args__ = (index_of_deleted("runs"),)
+
 
 class RunImage(Base):
     """An image of a run; `done_at` is set in the transaction that stores what came of it.
 
-    `water_level_m` (ellipsoidal) is the level its vessels were put on, and where that came from
-    (`WaterLevelSource`).
+    `captured_at` is the time of the image that was used. `water_level_m` (ellipsoidal) is the level
+    its vessels were put on, and where that came from (`WaterLevelSource`).
     """
 
     __tablename__ = "run_images"
@@ -83,6 +90,7 @@ class RunImage(Base):
         sa.ForeignKey("detection_sets.id", ondelete="SET NULL")
     )
     done_at: Mapped[datetime | None]
+    captured_at: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(sa.Text)
     water_level_m: Mapped[float | None]
     water_level_source: Mapped[str | None] = mapped_column(sa.String(16))

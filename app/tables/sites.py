@@ -6,15 +6,18 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, now
+from app.tables.deletion import Deletable, index_of_deleted
+
+PRESENT = sa.text("deleted_at IS NULL")  # the name of what was deleted is free again
 
 
-class Site(Base):
+class Site(Deletable, Base):
     """A place: the origin of its ENU frame and its water level, both ellipsoidal (WGS84)."""
 
     __tablename__ = "sites"
 
     id: Mapped[int] = mapped_column(primary_key=True)
-    name: Mapped[str] = mapped_column(sa.String(200), unique=True)
+    name: Mapped[str] = mapped_column(sa.String(200))
     origin_lat_deg: Mapped[float]
     origin_lon_deg: Mapped[float]
     origin_height_m: Mapped[float] = mapped_column(default=0.0)
@@ -24,10 +27,16 @@ class Site(Base):
     created_at: Mapped[datetime] = mapped_column(default=now)
     version: Mapped[int] = mapped_column(default=1)
 
+    __table_args__ = (
+        sa.Index(
+            "uq_sites_name", "name", unique=True, sqlite_where=PRESENT, postgresql_where=PRESENT
+        ),
+        index_of_deleted("sites"),
+    )
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
 
 
-class Camera(Base):
+class Camera(Deletable, Base):
     """A camera: image size, intrinsics in px, distortion in OpenCV order (k1 k2 p1 p2 k3)."""
 
     __tablename__ = "cameras"
@@ -49,11 +58,21 @@ class Camera(Base):
 
     site: Mapped[Site] = relationship()
 
-    __table_args__ = (sa.UniqueConstraint("site_id", "name"),)
+    __table_args__ = (
+        sa.Index(
+            "uq_cameras_site_id_name",
+            "site_id",
+            "name",
+            unique=True,
+            sqlite_where=PRESENT,
+            postgresql_where=PRESENT,
+        ),
+        index_of_deleted("cameras"),
+    )
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
 
 
-class Viewport(Base):
+class Viewport(Deletable, Base):
     """One pointing of a camera, valid from a moment until another (open where empty)."""
 
     __tablename__ = "viewports"
@@ -70,5 +89,15 @@ class Viewport(Base):
 
     camera: Mapped[Camera] = relationship()
 
-    __table_args__ = (sa.UniqueConstraint("camera_id", "name"),)
+    __table_args__ = (
+        sa.Index(
+            "uq_viewports_camera_id_name",
+            "camera_id",
+            "name",
+            unique=True,
+            sqlite_where=PRESENT,
+            postgresql_where=PRESENT,
+        ),
+        index_of_deleted("viewports"),
+    )
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way

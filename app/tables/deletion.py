@@ -1,0 +1,121 @@
+"""What was deleted stays for a while, hidden from every query, and can be brought back.
+
+Sites, cameras, viewports, images and runs are never removed at once: `deleted_at` hides them, and
+everything that belongs to one of them (poses, keypoints, queues, reports) is hidden with it. No
+query has to remember this: importing the tables teaches every session to leave such rows out of
+whatever it selects. Asking with the execution option `with_deleted` shows them.
+
+Only selects are told. The inner select of an insert, update or delete must leave them out itself.
+"""
+
+from datetime import datetime
+from functools import cache
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.orm import (
+    Mapped,
+    Mapper,
+    ORMExecuteState,
+    Session,
+    mapped_column,
+    with_loader_criteria,
+)
+
+from app.db import Base, now
+
+WITH_DELETED = {"with_deleted": True}
+# Who may do what must be known of a deleted site too: somebody has to bring it back.
+ALWAYS_SHOWN = frozenset({"memberships"})
+
+
+class Deletable:
+    """A row that can be deleted and brought back, together with others of the same deletion."""
+
+    deleted_at: Mapped[datetime | None]
+    deletion_id: Mapped[int | None] = mapped_column(index=True)
+
+
+def index_of_deleted(table: str) -> sa.Index:
+    """Return an index of the deleted rows alone: they are few, and every query asks for them."""
+    deleted = sa.text("deleted_at IS NOT NULL")
+    return sa.Index(f"ix_{table}_deleted", "id", sqlite_where=deleted, postgresql_where=deleted)
+
+
+class Deletion(Base):
+    """One act of deleting: what was named, what went with it, and who did it.
+
+    It refers to no table, because the rows it speaks of refer to it.
+    """
+
+    __tablename__ = "deletions"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    entity: Mapped[str] = mapped_column(sa.String(32))
+    entity_id: Mapped[int | None]
+    site_id: Mapped[int] = mapped_column(index=True)
+    label: Mapped[str] = mapped_column(sa.String(300))
+    counts: Mapped[dict[str, Any]]
+    deleted_at: Mapped[datetime] = mapped_column(default=now, index=True)
+    deleted_by_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("users.id", ondelete="SET NULL")
+    )
+
+
+@cache
+def _parents(mapper: Mapper[Any]) -> tuple[tuple[str, sa.Table], ...]:
+    """Return the columns that name a deletable row this one belongs to, and that row's table."""
+    if mapper.class_.__tablename__ in ALWAYS_SHOWN:
+        return ()
+    deletable = {
+        other.local_table for other in Base.registry.mappers if issubclass(other.class_, Deletable)
+    }
+    references = [
+        (key.parent.key, key.column.table)
+        for key in mapper.local_table.foreign_keys
+        if key.ondelete == "CASCADE" and key.column.table in deletable
+    ]
+    return tuple(sorted(references, key=lambda reference: reference[0]))
+
+
+def _is_visible(row: type[Any]) -> sa.ColumnElement[bool]:
+    mapper: Mapper[Any] | None = sa.inspect(row, raiseerr=False)
+    if mapper is None:
+        return sa.true()
+    if issubclass(mapper.class_, Deletable):
+        visible: sa.ColumnElement[bool] = row.deleted_at.is_(None)
+        return visible
+    return sa.and_(
+        sa.true(),
+        *(_belongs_to_visible(getattr(row, name), table) for name, table in _parents(mapper)),
+    )
+
+
+def _belongs_to_visible(column: Any, table: sa.Table) -> sa.ColumnElement[bool]:  # noqa: ANN401  of an alias too
+    # The deleted are few, and an index holds them alone.
+    hidden = sa.select(table.c.id).where(table.c.deleted_at.is_not(None))
+    return sa.or_(column.is_(None), column.not_in(hidden))
+
+
+class _Visibility:
+    """Gives `cls.is_visible`, whatever class or alias is asked."""
+
+    def __get__(self, _row: object, owner: type[Any]) -> sa.ColumnElement[bool]:
+        return _is_visible(owner)
+
+
+Base.is_visible = _Visibility()
+_HIDE = with_loader_criteria(
+    Base, lambda row: row.is_visible, include_aliases=True, propagate_to_loaders=False
+)
+
+
+@sa.event.listens_for(Session, "do_orm_execute")
+def _leave_deleted_out(state: ORMExecuteState) -> None:
+    if (
+        state.is_select
+        and not state.is_column_load
+        and not state.is_relationship_load
+        and not state.execution_options.get("with_deleted")
+    ):
+        state.statement = state.statement.options(_HIDE)
