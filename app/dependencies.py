@@ -13,8 +13,10 @@ from fastapi import Depends, Query, Request
 from fastapi.concurrency import run_in_threadpool
 from sqlalchemy.orm import Session
 
+from app.auth.access import access_of
 from app.config import Settings
 from app.db import Database
+from app.identities.service import read_by
 from app.jobs import JobClient
 from app.paging import Page, Paging, decode_cursor, fetch_page
 from app.storage import Storage
@@ -65,6 +67,7 @@ async def _session(request: Request, database: DatabaseDep) -> AsyncIterator[Ses
     # Nothing touches the database before the route's first statement, in the route's own thread.
     writes = request.method not in SAFE_METHODS
     session = database.session(writes=writes)
+    read_by(session, access_of(request))
     if writes:
         request.state.session = session  # for what is stored with the answer (idempotency)
     try:

@@ -6,13 +6,18 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, now
+from app.domain.pseudonyms import new_key
 from app.tables.deletion import Deletable, index_of_deleted
 
 PRESENT = sa.text("deleted_at IS NULL")  # the name of what was deleted is free again
 
 
 class Site(Deletable, Base):
-    """A place: the origin of its ENU frame and its water level, both ellipsoidal (WGS84)."""
+    """A place: the origin of its ENU frame and its water level, both ellipsoidal (WGS84).
+
+    With `shows_pseudonyms` only those who may ingest here see who vessels are. The key that makes
+    the pseudonyms is read by nobody else than what makes them, and leaves the server never.
+    """
 
     __tablename__ = "sites"
 
@@ -24,6 +29,8 @@ class Site(Deletable, Base):
     water_level_m: Mapped[float] = mapped_column(default=0.0)
     timezone: Mapped[str] = mapped_column(sa.String(64), default="UTC")
     is_simulated: Mapped[bool] = mapped_column(default=False)
+    shows_pseudonyms: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
+    pseudonym_key: Mapped[bytes] = mapped_column(default=new_key, deferred=True)
     created_at: Mapped[datetime] = mapped_column(default=now)
     version: Mapped[int] = mapped_column(default=1)
 

@@ -1,0 +1,1 @@
+"""Who a vessel is said to be: its MMSI and name, or a stable pseudonym."""
