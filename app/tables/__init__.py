@@ -2,6 +2,7 @@
 
 from app.tables import (
     ais,
+    ais_uploads,
     calibration,
     clock,
     deletion,
@@ -27,6 +28,7 @@ from app.tables import (
 
 __all__ = [
     "ais",
+    "ais_uploads",
     "calibration",
     "clock",
     "deletion",

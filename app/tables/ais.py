@@ -11,9 +11,10 @@ import sqlalchemy as sa
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.db import Base, now
+from app.db import Base, Json, now
 from app.domain.cells import cell_of
 
+_IMPORTING = sa.text("NOT is_whole")
 WideId = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
 
 
@@ -30,7 +31,11 @@ def _cell(context: DefaultExecutionContext) -> int:
 
 
 class AisFile(Base):
-    """One imported recording, known by its content, with what became of every line."""
+    """One imported recording, known by its content, with what became of every line.
+
+    `mapping` is what somebody said of its table's columns. Until `is_whole` its rows are being
+    written, and nobody sees them.
+    """
 
     __tablename__ = "ais_files"
 
@@ -43,6 +48,8 @@ class AisFile(Base):
     format: Mapped[str] = mapped_column(sa.String(32))
     size_bytes: Mapped[int]
     accounting: Mapped[dict[str, Any]]
+    mapping: Mapped[dict[str, Any] | None] = mapped_column(Json)
+    is_whole: Mapped[bool] = mapped_column(default=True, server_default=sa.true())
     first_at: Mapped[datetime | None]
     last_at: Mapped[datetime | None]
     created_at: Mapped[datetime] = mapped_column(default=now)
@@ -52,6 +59,9 @@ class AisFile(Base):
 
     __table_args__ = (
         sa.Index("uq_ais_files_content", "sha256", sa.text("coalesce(site_id, 0)"), unique=True),
+        sa.Index(
+            "ix_ais_files_importing", "id", sqlite_where=_IMPORTING, postgresql_where=_IMPORTING
+        ),
     )
 
 
