@@ -22,6 +22,7 @@ from app.db import Database
 from app.errors import Conflict
 from app.garbage import set_startup_aside
 from app.jobs import JobRunner, reason_of
+from worker.feeds import FeedLoops
 from worker.loops import LoopKind, LoopSupervisor
 from worker.presence import Presence
 from worker.tasks import register_tasks
@@ -98,9 +99,9 @@ def _take_jobs(
     runner.destroy()
 
 
-def loop_kinds(_database: Database, _settings: Settings) -> list[LoopKind]:
+def loop_kinds(database: Database, settings: Settings) -> list[LoopKind]:
     """Return what workers do without an end, each thing in one of them at a time."""
-    return []
+    return [FeedLoops(database, settings)]
 
 
 def _leave_in(seconds: float) -> None:

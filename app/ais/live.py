@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 from sqlalchemy.orm import Session
 
@@ -12,13 +13,15 @@ from app.ais.summary import RecordingSummary
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.cells import cell_of
 
+Row = dict[str, Any]
+
 
 @dataclass(frozen=True, slots=True)
-class Stored:
-    """How many reports were new; the others were known already."""
+class Known:
+    """How many messages told only what was stored before."""
 
-    positions: int
-    statics: int
+    known_positions: int
+    known_statics: int
 
 
 def store_reports(
@@ -26,27 +29,36 @@ def store_reports(
     site_id: int,
     feed_id: int,
     reports: Sequence[PositionReport | StaticReport],
-) -> Stored:
-    """Store a feed's reports in the session's transaction; short, so a few thousand at most."""
+) -> Known:
+    """Store a feed's reports in the session's transaction; short, so a few thousand at most.
+
+    A type 19 message is a position with statics beside it, and counts as the position alone.
+    """
     summary = RecordingSummary()
-    positions, statics = [], []
+    positions: list[Row] = []
+    statics: list[Row] = []
+    beside: list[Row] = []
     origin = {"site_id": site_id, "feed_id": feed_id}
+    position_type = 0
     for report in reports:
         summary.add(report)
-        if isinstance(report, StaticReport):
-            statics.append(origin | _static_row(report))
-        else:
+        if not isinstance(report, StaticReport):
+            position_type = report.message_type
             positions.append(origin | _position_row(report))
+            continue
+        (beside if position_type == 19 else statics).append(origin | _static_row(report))
+        position_type = 0
     live_repository.take_turns(session, site_id)
-    stored = Stored(
-        live_repository.add_positions(session, positions),
-        live_repository.add_statics(session, statics),
+    live_repository.add_statics(session, beside)
+    known = Known(
+        len(positions) - live_repository.add_positions(session, positions),
+        len(statics) - live_repository.add_statics(session, statics),
     )
     import_repository.update_vessels(session, vessel_rows(summary))
-    return stored
+    return known
 
 
-def _position_row(report: PositionReport) -> dict[str, object]:
+def _position_row(report: PositionReport) -> Row:
     row = asdict(report)
     del row["report_id"]
     row["fix_time_source"] = report.fix_time_source.value
@@ -54,7 +66,7 @@ def _position_row(report: PositionReport) -> dict[str, object]:
     return row
 
 
-def _static_row(report: StaticReport) -> dict[str, object]:
+def _static_row(report: StaticReport) -> Row:
     row = asdict(report)
     row["name"] = printable(report.name, 64)
     row["callsign"] = printable(report.callsign, 16)

@@ -106,7 +106,10 @@ def _insert(
     if not parameters:
         return 0
     # Past the ORM, which would ask for the keys of the new rows.
-    return session.connection().execute(statement, parameters).rowcount
+    result = session.connection().execute(
+        statement, parameters, execution_options={"preserve_rowcount": True}
+    )
+    return result.rowcount
 
 
 def _given(column: InstrumentedAttribute[Any]) -> sa.BindParameter[Any]:

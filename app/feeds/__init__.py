@@ -1,0 +1,1 @@
+"""Live feeds of AIS: set up here, received by the worker."""
