@@ -29,6 +29,7 @@ from app.exports import router as exports
 from app.guideline import pages as guideline_pages
 from app.guideline import router as guideline
 from app.guideline import set_pages as calibration_set_pages
+from app.feeds import router as feeds
 from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
 from app.imports import router as imports
@@ -66,6 +67,8 @@ REST = (
     detectors,
     runs,
     reviews,
+    ais_map,
+    feeds,
     evaluation,
     projection_table,
     guideline,
