@@ -67,7 +67,6 @@ REST = (
     detectors,
     runs,
     reviews,
-    ais_map,
     feeds,
     evaluation,
     projection_table,
