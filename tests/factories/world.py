@@ -14,6 +14,7 @@ from app.tables.calibration import (
 from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.exports import Export
 from app.tables.groundtruth import GroundTruthBox, VesselClass
+from app.tables.feeds import AisFeed, FeedKind
 from app.tables.imagery import CaptureTimeSource, Image
 from app.tables.imports import ImageImport, ImportFile
 from app.tables.notes import Comment
@@ -95,7 +96,7 @@ def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]
     )
     session.add(Vessel(mmsi=mmsi, name=f"{marker} ship", first_seen_at=moment, last_seen_at=moment))
     session.flush()
-    return {"file_id": file.id, "mmsi": mmsi}
+    return {"file_id": file.id, "feed_id": feed.id, "mmsi": mmsi}
 
 
 def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) -> Image:
@@ -106,6 +107,15 @@ def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) ->
         sha256=f"{camera.id:064d}",
         media_type="image/jpeg",
         file_name=f"{marker}.jpg",
+    feed = AisFeed(
+        site_id=site.id,
+        name=f"{marker} feed",
+        kind=FeedKind.TCP,
+        host=f"{marker}.example",
+        port=5631,
+        silent_after_s=60.0,
+    )
+    session.add(feed)
         size_bytes=1,
         width_px=640,
         height_px=480,
