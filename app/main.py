@@ -26,10 +26,10 @@ from app.evaluation import projection_router as projection_table
 from app.evaluation import router as evaluation
 from app.exports import pages as export_pages
 from app.exports import router as exports
+from app.feeds import router as feeds
 from app.guideline import pages as guideline_pages
 from app.guideline import router as guideline
 from app.guideline import set_pages as calibration_set_pages
-from app.feeds import router as feeds
 from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
 from app.imports import router as imports
@@ -64,10 +64,10 @@ REST = (
     imagery,
     imports,
     ais,
+    feeds,
     detectors,
     runs,
     reviews,
-    feeds,
     evaluation,
     projection_table,
     guideline,

@@ -95,6 +95,15 @@ def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]
         )
     )
     session.add(Vessel(mmsi=mmsi, name=f"{marker} ship", first_seen_at=moment, last_seen_at=moment))
+    feed = AisFeed(
+        site_id=site.id,
+        name=f"{marker} feed",
+        kind=FeedKind.TCP,
+        host=f"{marker}.example",
+        port=5631,
+        silent_after_s=60.0,
+    )
+    session.add(feed)
     session.flush()
     return {"file_id": file.id, "feed_id": feed.id, "mmsi": mmsi}
 
@@ -107,15 +116,6 @@ def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) ->
         sha256=f"{camera.id:064d}",
         media_type="image/jpeg",
         file_name=f"{marker}.jpg",
-    feed = AisFeed(
-        site_id=site.id,
-        name=f"{marker} feed",
-        kind=FeedKind.TCP,
-        host=f"{marker}.example",
-        port=5631,
-        silent_after_s=60.0,
-    )
-    session.add(feed)
         size_bytes=1,
         width_px=640,
         height_px=480,
