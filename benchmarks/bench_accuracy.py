@@ -2,7 +2,8 @@
 
 Everything is as in a run: cameras registered by PnP from clicked keypoints, states decoded from the
 NMEA recording, simulated detections, matching and fusion. Hulls are of the fleet kept for judging.
-Figures are medians of a seed's errors; their mean over seeds has a 95 % interval by bootstrap.
+Figures are medians of a seed's errors; their mean over seeds has a 95 % interval by bootstrap. The
+second table has preset `waterline`'s headings beside those its states came with, by their source.
 """
 
 import time
@@ -20,8 +21,9 @@ from app.domain.keypoints import keypoints_in
 from app.domain.metrics import Box, BoxPose, PoseError, best_covered, pose_error
 from app.domain.nmea import NmeaDecoder, decode_lines
 from app.domain.registration import register_pnp
+from app.domain.track_places import turn_deg
 from app.domain.tracks import TrackMethod, TrackSettings, state_at
-from app.domain.vessel_state import VesselState
+from app.domain.vessel_state import HeadingSource, VesselState
 from app.evaluation.service import LEAST_VISIBLE
 from app.simulation.harbour import Frame, Harbour, make_harbour
 from app.simulation.settings import HarbourSettings
@@ -41,6 +43,10 @@ class SeedResult:
     matched: int = 0
     wrong: int = 0
     errors: list[PoseError] = field(default_factory=list)
+    # By source: how far the state's heading and the pose's are from the truth, deg.
+    headings: dict[HeadingSource, list[tuple[float, float]]] = field(
+        default_factory=lambda: defaultdict(list)
+    )
 
 
 def judge(seed: int) -> dict[Preset, SeedResult]:
@@ -121,12 +127,19 @@ def judge_frame(
     for pose in poses:
         box = frame.detections[pose.detection_index]
         true = under((box.x1_px, box.y1_px, box.x2_px, box.y2_px), frame.truth)
-        mmsi = int(vessel_states[pose.state_index].identifier)
+        state = vessel_states[pose.state_index]
+        mmsi = int(state.identifier)
         if true is None or true.mmsi != mmsi:
             result.wrong += 1
             continue
         right.add(mmsi)
         result.errors.append(pose_error(BoxPose.of(pose), BoxPose.of(true)))
+        result.headings[state.heading_source].append(
+            (
+                abs(turn_deg(true.heading_deg, state.heading_deg)),
+                abs(turn_deg(true.heading_deg, pose.heading_deg)),
+            )
+        )
     matchable = {
         truth.mmsi
         for truth in frame.truth
@@ -178,7 +191,24 @@ def main() -> None:
     print(row("wrong matches a harbour", wrong))
     counts = {preset: sum(len(of[preset].errors) for of in judged) for preset in Preset}
     print("poses: " + ", ".join(f"{preset} {count}" for preset, count in counts.items()))
+    print_headings([of[Preset.WATERLINE] for of in judged])
     print(f"matchable: with AIS and at least half visible; took {time.monotonic() - begun:.0f} s")
+
+
+def print_headings(results: Sequence[SeedResult]) -> None:
+    """Print the errors of headings as AIS led to expect them and as poses have them."""
+    print(f"{'heading of preset waterline':<28}{'state':<28}{'pose':<28}pose - state")
+    for source in HeadingSource:
+        for how, figure in (("median", np.median), ("mean", np.mean)):
+            seeds = [
+                [float(figure(errors)) for errors in np.transpose(of.headings[source])]
+                for of in results
+                if of.headings[source]
+            ]
+            if seeds:
+                state, pose = np.transpose(seeds)
+                columns = [state.tolist(), pose.tolist(), (pose - state).tolist()]
+                print(row(f"{how} error, {source}, deg", columns))
 
 
 def medians(judged: Sequence[dict[Preset, SeedResult]], preset: Preset, name: str) -> list[float]:

@@ -67,7 +67,7 @@ class VesselState:
     heading_source: HeadingSource = HeadingSource.REPORTED
     report_ids: tuple[int, ...] = field(default=())
     position_covariance_m2: tuple[float, float, float] = (25.0, 0.0, 25.0)
-    heading_sigma_deg: float = 2.0
+    heading_sigma_deg: float = 1.5
     track_method: TrackMethod | None = None
     flags: tuple[str, ...] = ()
 

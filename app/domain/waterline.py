@@ -39,11 +39,13 @@ HALF_PIXEL = 0.5
 # Shape noise: hulls that differ from the outline, superstructures that lean over the sides.
 _MIDDLE_SHARE = 0.012  # of the box's width
 _WIDTH_SHARE = 0.12
+_SIZE_M = 1.0  # AIS gives whole metres, and people enter them wrong
 _LOWER_SHARE = 0.006  # of its height: detectors are less exact on large vessels
 _LOWER_EDGE_M = 0.1  # bow waves and dark boot tops hide the waterline
 _TOP_M = 0.2  # masts a detector overlooks
 # Evidence more than so many sigmas off counts less for what all ships share.
 _SUSPICIOUS = 2.5
+_ODD_WIDTH = 1.0  # and widths more than this, to say how a ship heads
 # The stated accuracy of AIS counts as much as what so many ships show of it.
 _PRIOR_SHIPS = 4.0
 
@@ -114,7 +116,10 @@ class _Problem:
         sigma_px = np.column_stack(
             [
                 np.hypot(edge_px / np.where(one_side, 1.0, sqrt(2)), middle_share * width_px),
-                np.hypot(edge_px * sqrt(2), _WIDTH_SHARE * width_px),
+                np.hypot(
+                    np.hypot(edge_px * sqrt(2), _WIDTH_SHARE * width_px),
+                    _SIZE_M * self.focal_px / self.range_m,
+                ),
                 np.hypot(
                     np.hypot(edge_px, _LOWER_SHARE * height_px),
                     _LOWER_EDGE_M * self.focal_px / self.range_m,
@@ -156,7 +161,9 @@ def _solve(problem: _Problem) -> _Solution:
         residual, by_own, by_shared = _linearised(problem, own, shared)
         scale = _scale(problem, own)
         prior, prior_covariance = problem.prior / scale, problem.prior_covariance * scale
-        weight = problem.evidence_weight
+        deviation = _deviation(problem, prior_covariance, residual, by_own, own)
+        weight = problem.evidence_weight.copy()
+        weight[:, 1] /= np.maximum(1.0, deviation[:, 1] / _ODD_WIDTH) ** 2
         weighted = by_own * weight[..., None]
         A = np.swapaxes(weighted, 1, 2) @ by_own + prior
         B = np.swapaxes(weighted, 1, 2) @ by_shared
@@ -166,7 +173,8 @@ def _solve(problem: _Problem) -> _Solution:
         A_inverse = np.linalg.inv(A)
         gain = A_inverse @ B
         # Schur complement: what the ships leave to be known of the shared unknowns.
-        share = (problem.share * _trust(problem, prior_covariance, residual, by_own, own))[:, None]
+        trust = 1 / np.maximum(1.0, deviation.max(axis=1) / _SUSPICIOUS) ** 2
+        share = (problem.share * trust)[:, None]
         information = np.diag(problem.shared_prior) + (
             share[..., None] * (D - np.swapaxes(B, 1, 2) @ gain)
         ).sum(axis=0)
@@ -213,22 +221,23 @@ def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray((matrices @ vectors[..., None])[..., 0])
 
 
-def _trust(
+def _deviation(
     problem: _Problem,
     prior_covariance: FloatArray,
     residual: FloatArray,
     by_own: FloatArray,
     own: FloatArray,
 ) -> FloatArray:
-    """Return how much each ship (n,) may say of the shared unknowns: little when all is amiss.
+    """Return how many sigmas each piece of evidence (n, 3) is from what AIS leads to expect.
 
-    A ship whose evidence cannot be reconciled with its AIS state is probably another ship.
+    A ship whose evidence cannot be reconciled with its AIS state is probably another ship, and may
+    say little of the shared unknowns. One that only looks too wide or too narrow has other sizes
+    than AIS says or is half hidden, and is not turned for it.
     """
     innovation = residual - _times(by_own, own)
     spread = ((by_own @ prior_covariance) * by_own).sum(axis=2)
     expected = spread + 1 / problem.evidence_weight
-    deviation = np.abs(innovation / np.sqrt(expected)).max(axis=1)
-    return np.asarray(1 / np.maximum(1.0, deviation / _SUSPICIOUS) ** 2)
+    return np.asarray(np.abs(innovation / np.sqrt(expected)))
 
 
 def _linearised(
