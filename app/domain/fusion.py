@@ -9,21 +9,20 @@ with the reason.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
 
 import numpy as np
 
 from app.domain.arrays import FloatArray
-from app.domain.borders import CutEdges, cut_edges
+from app.domain.borders import CutEdges
 from app.domain.camera import Camera
-from app.domain.candidates import Candidate, UnmatchedReason, candidate_or_reason
+from app.domain.candidates import UnmatchedReason
 from app.domain.correction import paper_box
 from app.domain.detection import Detection
-from app.domain.fusion_settings import FusionSettings, Preset
+from app.domain.fusion_settings import FusionSettings, MatchingMethod, Preset
 from app.domain.geodesy import WorldFrame
-from app.domain.matching import match
+from app.domain.pairing import MatchedImage, match_images, windows
 from app.domain.rotations import rotvec_from_matrix
-from app.domain.sighting import Sighting, VesselBox
+from app.domain.sighting import SeenImage, Sighting, VesselBox
 from app.domain.vessel_state import VesselState
 from app.domain.waterline import waterline_boxes
 
@@ -31,26 +30,13 @@ __all__ = [
     "FusedPose",
     "FusionResult",
     "FusionSettings",
+    "MatchingMethod",
     "Preset",
     "SeenImage",
     "UnmatchedReason",
     "fuse",
     "fuse_series",
 ]
-
-
-@dataclass(frozen=True, slots=True)
-class SeenImage:
-    """One image of a viewport: its detections, the vessel states at its time, and the water.
-
-    `water_level_m` is the ellipsoidal height of the water as it is known beforehand; `at_s` is the
-    image's time in seconds from any moment that all images of a series share.
-    """
-
-    detections: Sequence[Detection]
-    states: Sequence[VesselState]
-    water_level_m: float
-    at_s: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,13 +115,13 @@ def fuse_series(
     Preset `waterline` takes the water to be the same within `level_window_s`; more images of that
     time make each pose better. Raises ValueError as `fuse` does.
     """
-    matched = [_matched(camera, frame, image, settings) for image in images]
+    matched = match_images(camera, frame, images, settings)
     poses: list[list[FusedPose]] = [[] for _ in images]
     if settings.preset is Preset.PAPER:
         for found, image in zip(poses, matched, strict=True):
             found += [_pose(camera, pair, paper_box(camera, pair)) for pair in image.pairs]
     else:
-        for window in _windows(images, settings.level_window_s):
+        for window in windows(images, settings.level_window_s):
             of_image = [(index, pair) for index in window for pair in matched[index].pairs]
             sightings = [pair for _, pair in of_image]
             boxes = waterline_boxes(camera, sightings, settings)
@@ -147,47 +133,7 @@ def fuse_series(
     ]
 
 
-@dataclass(frozen=True, eq=False)
-class _Matched:
-    """What matching says of one image: pairs to make boxes of, and why states are in none."""
-
-    pairs: list[Sighting]
-    unmatched_states: dict[int, str]
-
-
-def _matched(
-    camera: Camera, frame: WorldFrame, image: SeenImage, settings: FusionSettings
-) -> _Matched:
-    for index, detection in enumerate(image.detections):
-        _require_box(index, detection)
-    candidates: list[Candidate] = []
-    unmatched: dict[int, str] = {}
-    for index, state in enumerate(image.states):
-        placed = candidate_or_reason(index, state, camera, frame, image.water_level_m, settings)
-        if isinstance(placed, Candidate):
-            candidates.append(placed)
-        else:
-            unmatched[index] = placed
-    pairs: list[Sighting] = []
-    reasons = dict.fromkeys(range(len(candidates)), UnmatchedReason.NO_DETECTION_LEFT)
-    for pair in match(image.detections, candidates, camera.intrinsics, settings):
-        candidate = candidates[pair.candidate]
-        if pair.cost.total > settings.maximum_cost:
-            reasons[pair.candidate] = UnmatchedReason.COST_TOO_HIGH
-        elif not candidate.has_size:
-            reasons[pair.candidate] = UnmatchedReason.SIZE_UNKNOWN
-        else:
-            del reasons[pair.candidate]
-            detection = image.detections[pair.detection]
-            cut = cut_edges(detection, camera.intrinsics, settings.border_tolerance_px)
-            pairs.append(
-                Sighting(candidate, pair.detection, detection, cut, pair.cost, image.water_level_m)
-            )
-    unmatched |= {candidates[i].state_index: reason for i, reason in reasons.items()}
-    return _Matched(pairs, unmatched)
-
-
-def _accounted(image: SeenImage, poses: list[FusedPose], matched: _Matched) -> FusionResult:
+def _accounted(image: SeenImage, poses: list[FusedPose], matched: MatchedImage) -> FusionResult:
     used = {pose.detection_index for pose in poses}
     return FusionResult(
         poses=poses,
@@ -196,24 +142,13 @@ def _accounted(image: SeenImage, poses: list[FusedPose], matched: _Matched) -> F
     )
 
 
-def _windows(images: Sequence[SeenImage], window_s: float) -> list[list[int]]:
-    """Split images, by index, into windows of time during which the water stands still."""
-    windows: list[list[int]] = []
-    for index in sorted(range(len(images)), key=lambda index: images[index].at_s):
-        if windows and images[index].at_s - images[windows[-1][0]].at_s <= window_s:
-            windows[-1].append(index)
-        else:
-            windows.append([index])
-    return windows
-
-
 def pose_flags(cut: CutEdges, state: VesselState, box_height_m: float) -> list[str]:
     """Name what a reviewer should know of a pose.
 
     `cut_left`, `cut_right`: that side of the box is the image's border, no pull came from it.
     `cut_bottom`: the depth is AIS's own, uncorrected. `cut_top`: the height is a lower bound.
     `no_length`, `no_width`: AIS gives this dimension as 0. `no_height`: the box's upper edge lies
-    below the plane segment, so the height is 0 or negative.
+    below the plane segment, so the height is 0 or negative. The state's own flags follow.
     """
     conditions = {
         "cut_left": cut.left,
@@ -224,7 +159,7 @@ def pose_flags(cut: CutEdges, state: VesselState, box_height_m: float) -> list[s
         "no_width": state.width_m <= 0,
         "no_height": box_height_m <= 0,
     }
-    return [flag for flag, holds in conditions.items() if holds]
+    return [*(flag for flag, holds in conditions.items() if holds), *state.flags]
 
 
 def _pose(camera: Camera, pair: Sighting, box: VesselBox) -> FusedPose:
@@ -259,11 +194,3 @@ def _pose(camera: Camera, pair: Sighting, box: VesselBox) -> FusedPose:
         correction_in_enu_m=segment.enu_axes_in_world @ shift,
         flags=pose_flags(pair.cut, candidate.state, box.height_m),
     )
-
-
-def _require_box(index: int, detection: Detection) -> None:
-    numbers = (detection.x1_px, detection.y1_px, detection.x2_px, detection.y2_px, detection.score)
-    if not all(isfinite(number) for number in numbers):
-        raise ValueError(f"detection {index}: coordinates and score must be finite numbers")
-    if detection.x1_px >= detection.x2_px or detection.y1_px >= detection.y2_px:
-        raise ValueError(f"detection {index}: needs x1 < x2 and y1 < y2, the box is empty")

@@ -7,12 +7,27 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isnan
 
+from app.domain.vessel_state import TrackMethod
+
 
 class Preset(StrEnum):
     """The estimators of fusion."""
 
     PAPER = "paper"  # the published behaviour, reproduced exactly
     WATERLINE = "waterline"  # all ships of a while on one water surface
+
+
+class MatchingMethod(StrEnum):
+    """The ways to decide which detection shows which vessel."""
+
+    PAPER = "paper"  # the published cost in pixels, cheapest assignment
+    LIKELIHOOD = "likelihood"  # ours: how probable, against "no AIS" and "not detected"
+    LU_2021 = "lu_2021"  # Lu et al. 2021: nearest in distance and bearing
+    GROUND_PLANE = "ground_plane"  # Carrillo-Perez et al. 2022, Gülsoylu et al. 2024: metres
+
+
+# Each preset's own; a run may choose another.
+MATCHING_OF = {Preset.PAPER: MatchingMethod.PAPER, Preset.WATERLINE: MatchingMethod.LIKELIHOOD}
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +40,7 @@ class FusionSettings:
     """
 
     preset: Preset = Preset.PAPER
+    matching: MatchingMethod = MatchingMethod.PAPER
     score_threshold: float = 0.25
     nms_iou: float = 0.45
     class_ids: tuple[int, ...] = (8,)
@@ -32,8 +48,13 @@ class FusionSettings:
     maximum_cost: float = 0.5  # theta; true matches of published images reach 0.23 at score 0.5
     maximum_report_age_s: float = 60.0
     maximum_range_m: float = 3000.0  # from the camera to the antenna
+    track_method: TrackMethod | None = None  # to the image's moment; None: heading_dr or hermite
     image_margin: float = 0.5  # of the image's width: candidates may lie this far outside
-    # Preset `waterline` only: one sigma of what it estimates beside the vessels, and of box edges.
+    # Matching `likelihood` only: what is probable before looking.
+    unidentified_per_image: float = 1.0  # detections that show no vessel with AIS
+    detected_share: float = 0.8  # of the vessels with AIS in the image
+    # Preset `waterline` and matching `likelihood`: one sigma of what they estimate beside the
+    # vessels, and of box edges.
     level_sigma_m: float = 1.0  # of the water against the given level
     level_window_s: float = 1800.0  # for so long the water counts as standing still
     rotation_sigma_deg: float = 0.05  # of the registered camera, pitch and yaw each
@@ -48,6 +69,8 @@ class FusionSettings:
             ("maximum_report_age_s", 0.0, float("inf")),
             ("maximum_range_m", 0.0, float("inf")),
             ("image_margin", 0.0, 10.0),
+            ("unidentified_per_image", 1e-6, 1e6),
+            ("detected_share", 1e-6, 1 - 1e-6),
             ("level_sigma_m", 1e-6, float("inf")),
             ("level_window_s", 0.0, float("inf")),
             ("rotation_sigma_deg", 1e-6, 45.0),

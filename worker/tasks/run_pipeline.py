@@ -37,7 +37,7 @@ from worker.inference.ahead import DecodeAhead
 from worker.inference.detector import Detector
 from worker.inference.pool import DetectorPool
 from worker.tasks.pose_rows import pose_rows, state_rows
-from worker.tasks.vessel_states import states_around
+from worker.tasks.vessel_states import states_around, with_doubts
 
 log = structlog.get_logger()
 
@@ -123,12 +123,16 @@ class RunPipeline:
             detector = self._detectors.get(context.model, settings)
             return _Batch(
                 images=images,
-                states={
-                    image.id: states_around(
-                        session, context.site.id, camera_at, image.captured_at, settings
-                    )
-                    for image in images
-                },
+                states=with_doubts(
+                    session,
+                    context.site.id,
+                    {
+                        image.id: states_around(
+                            session, context.site.id, camera_at, image.captured_at, settings
+                        )
+                        for image in images
+                    },
+                ),
                 known=batches.known_detections(
                     session,
                     [image.sha256 for image in images],

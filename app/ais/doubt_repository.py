@@ -1,0 +1,64 @@
+"""Reading what a position is judged by: its vessel's reports around it, and where it was heard."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session, aliased
+
+from app.ais.report_repository import Readable, visible
+from app.domain.plausibility import NEIGHBOURS
+from app.tables.ais import AisPosition
+from app.tables.sites import Site
+
+FIX_COLUMNS = (
+    AisPosition.id,
+    AisPosition.mmsi,
+    AisPosition.fix_time,
+    AisPosition.lat_deg,
+    AisPosition.lon_deg,
+    AisPosition.sog_kn,
+    AisPosition.fix_time_source,
+)
+_Other = aliased(AisPosition)
+
+
+def neighbour_rows(
+    session: Session, readable: Readable, ids: Sequence[int]
+) -> Sequence[tuple[Any, ...]]:
+    """Return id, ids of the neighbours (oldest first, empty at a track's ends), lat, lon of site.
+
+    Each neighbour is one step in the index of vessels' times, however long their tracks are.
+    """
+    before = [_neighbour(readable, steps, earlier=True) for steps in range(NEIGHBOURS)]
+    after = [_neighbour(readable, steps, earlier=False) for steps in range(NEIGHBOURS)]
+    statement = (
+        sa.select(AisPosition.id, *before[::-1], *after, Site.origin_lat_deg, Site.origin_lon_deg)
+        .outerjoin(Site, Site.id == AisPosition.site_id)
+        .where(AisPosition.id.in_(ids))
+    )
+    return [tuple(row) for row in session.execute(statement)]
+
+
+def fix_rows(session: Session, ids: Sequence[int]) -> Sequence[tuple[Any, ...]]:
+    """Return `FIX_COLUMNS` of positions."""
+    statement = sa.select(*FIX_COLUMNS).where(AisPosition.id.in_(ids))
+    return [tuple(row) for row in session.execute(statement)]
+
+
+def _neighbour(readable: Readable, steps: int, *, earlier: bool) -> sa.ScalarSelect[int]:
+    """Return the id of the vessel's report so many steps before or after the outer one."""
+    time, outer = _Other.fix_time, AisPosition.fix_time
+    return (
+        sa.select(_Other.id)
+        .where(
+            _Other.mmsi == AisPosition.mmsi,
+            time < outer if earlier else time > outer,
+            visible(_Other.site_id, readable),
+        )
+        .order_by(time.desc() if earlier else time)
+        .limit(1)
+        .offset(steps)
+        .correlate(AisPosition)
+        .scalar_subquery()
+    )

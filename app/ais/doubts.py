@@ -1,0 +1,65 @@
+"""What is hard to believe of stored positions, found when they are read.
+
+Nothing is written beside a position: a later recording may bring the report that clears a doubt, or
+raises one, and importing stays fast. A position costs four steps in an index.
+"""
+
+from collections.abc import Iterable, Iterator
+from datetime import datetime
+from typing import Any, NamedTuple
+
+from sqlalchemy.orm import Session
+
+from app.ais import doubt_repository
+from app.ais.report_repository import Readable
+from app.domain.plausibility import NEIGHBOURS, Doubt, doubts
+
+_AT_ONCE = 500  # ids of a statement: databases bound their number
+
+
+class StoredFix(NamedTuple):
+    """What of a stored position its plausibility depends on."""
+
+    id: int
+    mmsi: int
+    fix_time: datetime
+    lat_deg: float
+    lon_deg: float
+    sog_kn: float | None
+    fix_time_source: str
+
+
+def doubts_of(session: Session, readable: Readable, ids: Iterable[int]) -> dict[int, list[Doubt]]:
+    """Return by id what is hard to believe of positions, given all their vessels' reports.
+
+    Far away means far from the site that a position was heard for; one shared by all has none.
+    """
+    found: dict[int, list[Doubt]] = {}
+    for part in _parts(dict.fromkeys(ids)):
+        rows = doubt_repository.neighbour_rows(session, readable, part)
+        fixes = _fixes(session, rows)
+        for own, *neighbours, site_lat_deg, site_lon_deg in rows:
+            known = [None if other is None else fixes[other] for other in neighbours]
+            found[own] = doubts(
+                fixes[own],
+                [fix for fix in known[:NEIGHBOURS] if fix is not None],
+                [fix for fix in known[NEIGHBOURS:] if fix is not None],
+                None if site_lat_deg is None else (site_lat_deg, site_lon_deg),
+            )
+    return found
+
+
+def _fixes(session: Session, rows: Iterable[tuple[Any, ...]]) -> dict[int, StoredFix]:
+    """Read positions and neighbours, each once."""
+    wanted = {identifier for row in rows for identifier in row[:-2] if identifier is not None}
+    return {
+        row[0]: StoredFix(*row)
+        for part in _parts(wanted)
+        for row in doubt_repository.fix_rows(session, part)
+    }
+
+
+def _parts(ids: Iterable[int]) -> Iterator[list[int]]:
+    known = list(ids)
+    for start in range(0, len(known), _AT_ONCE):
+        yield known[start : start + _AT_ONCE]
