@@ -1,18 +1,23 @@
 """Importing AIS for a caller: where they may, the import and its audit line together."""
 
-from contextlib import ExitStack
+import json
 
 from fastapi import UploadFile
 from sqlalchemy.orm import Session
 
 from app.ais import service
+from app.ais.importing import Importer
 from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.config import Settings
 from app.db import Database
+from app.domain.table_mapping import MappingError, TableMapping
 from app.errors import Invalid
 from app.sites.actions import site_for
 from app.storage import Storage
+from app.tables.ais import AisFile
+
+LONGEST_WAIT_S = 60.0  # while another recording is stored; a caller may try again
 
 
 def site_to_import_for(database: Database, access: Access, site_id: int | None) -> int | None:
@@ -34,31 +39,48 @@ def site_to_import_for(database: Database, access: Access, site_id: int | None) 
 
 def import_upload(
     database: Database,
-    session: Session,
     storage: Storage,
     settings: Settings,
     access: Access,
     upload: UploadFile,
     site_id: int | None,
+    mapping: TableMapping | None = None,
 ) -> service.Imported:
-    """Import an uploaded recording. The session's first statement comes after all decoding."""
+    """Import an uploaded recording, decoded before the first writing statement."""
     site_id = site_to_import_for(database, access, site_id)
-    known = service.known_file(database, upload.file, site_id)
-    if known is not None:
-        return service.Imported(known, created=False)
-    with ExitStack() as stack:
-        recording = stack.enter_context(
-            service.decoded(
-                storage,
-                upload.file,
-                upload.filename or "",
-                max_bytes=settings.max_ais_file_bytes,
-            )
-        )
-        imported = service.store(session, recording, site_id=site_id, user_id=access.user_id)
-    if imported.created:
-        file = imported.file
+    return service.import_recording(
+        database,
+        storage,
+        upload.file,
+        importer_for(access, site_id),
+        file_name=upload.filename or "",
+        max_bytes=settings.max_ais_file_bytes,
+        mapping=mapping,
+    )
+
+
+def importer_for(access: Access, site_id: int | None) -> Importer:
+    """Return who imports for a site, with the audit line to be written beside the file."""
+
+    def note(session: Session, file: AisFile) -> None:
         record(
             session, access, "import", "ais_file", file.id, file.site_id, file_name=file.file_name
         )
-    return imported
+
+    return Importer(site_id, access.user_id, note, wait_s=LONGEST_WAIT_S)
+
+
+def mapping_of(text: str) -> TableMapping | None:
+    """Read a mapping sent as JSON; empty: none. Raises Invalid naming its field."""
+    if not text.strip():
+        return None
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise Invalid.field("mapping", "must be a JSON object") from error
+    if not isinstance(data, dict):
+        raise Invalid.field("mapping", "must be a JSON object")
+    try:
+        return TableMapping.of(data)
+    except MappingError as error:
+        raise Invalid.field(f"mapping.{error.field}", str(error)) from error

@@ -2,9 +2,9 @@
 
 Both ways go past the ORM: driver tuples on SQLite, COPY into a temporary table on Postgres. A fix
 that another recording, or another part of this one, brought already is left out and counted by its
-absence; repeats within one part are the decoder's business, which knows the payloads. Imports on
-Postgres take turns, so that of two with the same fixes the second finds those of the first; on
-SQLite every writer does.
+absence; repeats within one part are the decoder's business, which knows the payloads. So a fix
+counts as known only if its row was there before its part began. Imports take turns (`turn`), so
+that of two with the same fixes the second finds those of the first.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,11 +15,11 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
-from app.tables.ais import AisFile, AisPosition, Vessel
+from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
 
 Rows = Iterable[Sequence[tuple[Any, ...]]]
 
-_IMPORT_LOCK = 0x4149_5301  # "AIS": any number of ours that no other lock has
+_ROWS_REMOVED_AT_ONCE = 20_000
 _VESSELS_AT_ONCE = 1_000
 
 # The numbers of `app.domain.cells`. To an integer SQLite truncates and Postgres rounds.
@@ -62,6 +62,7 @@ WHERE NOT EXISTS (
     WHERE known.mmsi = arriving.mmsi AND known.fix_time = arriving.fix_time AT TIME ZONE 'UTC'
         AND known.lat_deg = arriving.lat_deg AND known.lon_deg = arriving.lon_deg
         AND coalesce(known.site_id, 0) = coalesce(%(site_id)s::integer, 0)
+        AND known.id <= %(last_id)s::bigint
 )
 """
 _ARRIVING_STATICS = """
@@ -84,36 +85,55 @@ _COPY_POSITIONS = "COPY arriving_positions FROM STDIN"
 _COPY_STATICS = "COPY arriving_statics FROM STDIN"
 
 
-def add_file(session: Session, values: Mapping[str, Any]) -> int | None:
-    """Add a file's row and return its id; None when the same bytes are there already.
+def add_file(session: Session, values: Mapping[str, Any]) -> int:
+    """Add the row of a file that nobody sees before `show_file`; return its id."""
+    file = AisFile(**values, is_whole=False)
+    session.add(file)
+    session.flush()
+    return file.id
 
-    Whoever comes second with the same bytes waits here until the first is done.
+
+def show_file(session: Session, file_id: int, accounting: Mapping[str, Any]) -> AisFile:
+    """Show a file, with what became of every line, now that all its rows are there."""
+    file = session.get_one(AisFile, file_id)
+    file.accounting, file.is_whole = dict(accounting), True
+    return file
+
+
+def unfinished(session: Session) -> Sequence[int]:
+    """Return the files whose import did not end."""
+    return session.scalars(sa.select(AisFile.id).where(~AisFile.is_whole)).all()
+
+
+def remove_some(session: Session, file_id: int) -> bool:
+    """Remove some rows of a file, and the file itself once there are none; return whether it is."""
+    for table in (AisPosition, AisStatic):
+        some = sa.select(table.id).where(table.file_id == file_id).limit(_ROWS_REMOVED_AT_ONCE)
+        result = session.connection().execute(sa.delete(table).where(table.id.in_(some)))
+        if result.rowcount:
+            return False
+    session.execute(sa.delete(AisFile).where(AisFile.id == file_id))
+    return True
+
+
+def last_position_id(session: Session) -> int:
+    """Return the id of the position that was stored last, 0 without any."""
+    return session.scalar(sa.select(sa.func.coalesce(sa.func.max(AisPosition.id), 0))) or 0
+
+
+def add_positions(
+    session: Session, site_id: int | None, file_id: int, last_id: int, rows: Rows
+) -> int:
+    """Add positions of a part, in the order of `spool`'s tuples; return how many were not known.
+
+    `last_id` is the last position's id before the part began.
     """
-    is_sqlite = _is_sqlite(session)
-    if not is_sqlite:
-        session.execute(sa.select(sa.func.pg_advisory_xact_lock(_IMPORT_LOCK)))
-    insert = (sqlite if is_sqlite else postgresql).insert
-    statement = insert(AisFile).values(**values).on_conflict_do_nothing().returning(AisFile.id)
-    file_id: int | None = session.scalar(statement)
-    return file_id
-
-
-def set_accounting(session: Session, file_id: int, accounting: Mapping[str, Any]) -> None:
-    """Note what became of every line, now that the known fixes are counted."""
-    session.execute(
-        sa.update(AisFile).where(AisFile.id == file_id).values(accounting=dict(accounting))
-    )
-
-
-def add_positions(session: Session, site_id: int | None, file_id: int, rows: Rows) -> int:
-    """Add a part's positions, in the order of `spool`'s tuples; return how many were not known."""
     if _is_sqlite(session):
-        last_id = session.scalar(sa.select(sa.func.coalesce(sa.func.max(AisPosition.id), 0)))
         return _insert_on_sqlite(session, _SQLITE_POSITIONS, (last_id, site_id, file_id), rows)
     return _copy_on_postgres(
         session,
         (_ARRIVING_POSITIONS, _EMPTY_POSITIONS, _COPY_POSITIONS, _KEEP_POSITIONS),
-        {"site_id": site_id, "file_id": file_id},
+        {"site_id": site_id, "file_id": file_id, "last_id": last_id},
         rows,
     )
 

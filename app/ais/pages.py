@@ -58,7 +58,7 @@ def import_file(
     """Import a recording and show what became of it."""
     wanted = int(site_id) if site_id.isascii() and site_id.isdigit() else None
     try:
-        imported = actions.import_upload(database, session, storage, settings, access, file, wanted)
+        imported = actions.import_upload(database, storage, settings, access, file, wanted)
     except AppError as error:
         session.rollback()
         with database.reading() as reading:

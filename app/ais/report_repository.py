@@ -12,7 +12,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.ais.area import Area
-from app.tables.ais import AisPosition, AisStatic
+from app.tables.ais import AisFile, AisPosition, AisStatic
 
 Readable = frozenset[int] | None
 
@@ -50,10 +50,22 @@ STATIC_COLUMNS = (
 def visible(
     site_id: InstrumentedAttribute[int | None], readable: Readable
 ) -> sa.ColumnElement[bool]:
-    """Return the condition that a row is shared or of a readable site."""
+    """Return the condition that a row may be seen: shared or of a readable site, and whole.
+
+    What an import is still writing is hidden, whoever asks.
+    """
     if readable is None:
-        return sa.true()
-    return sa.or_(site_id.is_(None), site_id.in_(readable))
+        return _whole(site_id)
+    return sa.and_(sa.or_(site_id.is_(None), site_id.in_(readable)), _whole(site_id))
+
+
+def _whole(site_id: InstrumentedAttribute[int | None]) -> sa.ColumnElement[bool]:
+    """Hide files that are being written, few or none, and their reports."""
+    if site_id.class_ is AisFile:
+        return AisFile.is_whole == sa.true()
+    file_id = AisStatic.file_id if site_id.class_ is AisStatic else AisPosition.file_id
+    unfinished = sa.select(AisFile.id).where(~AisFile.is_whole).scalar_subquery()
+    return sa.func.coalesce(file_id, 0).not_in(unfinished)
 
 
 def within(

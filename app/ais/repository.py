@@ -32,14 +32,15 @@ def newest_files(session: Session, readable: Readable, count: int) -> Sequence[A
 def file(session: Session, readable: Readable, file_id: int) -> AisFile | None:
     """Return a file that the caller may read."""
     found = find(session, AisFile, file_id)
-    if found is None or readable is None or found.site_id is None or found.site_id in readable:
-        return found
-    return None
+    if found is None or not found.is_whole:
+        return None
+    return found if readable is None or found.site_id in {None, *readable} else None
 
 
 def file_of_content(session: Session, sha256: str, site_id: int | None) -> AisFile | None:
     """Return the file with these bytes, imported for exactly this site (None: for all)."""
     statement = sa.select(AisFile).where(
+        AisFile.is_whole,
         AisFile.sha256 == sha256, sa.func.coalesce(AisFile.site_id, 0) == (site_id or 0)
     )
     return session.scalar(statement)

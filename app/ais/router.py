@@ -38,6 +38,18 @@ To = Annotated[Moment | None, Query(alias="to", description="ISO 8601; UTC witho
 Mmsi = Annotated[int | None, Query(ge=0, le=service.LARGEST_MMSI)]
 
 
+SiteOfFile = Annotated[
+    int | None, Form(description="Left out: for all sites, or for the only one you may")
+]
+MappingText = Annotated[
+    str,
+    Form(
+        max_length=10_000,
+        description="How to read a table, as JSON: what a preview proposed, or changed",
+    ),
+]
+
+
 @router.post(
     "/files",
     status_code=201,
@@ -45,15 +57,13 @@ Mmsi = Annotated[int | None, Query(ge=0, le=service.LARGEST_MMSI)]
 )
 def import_file(
     database: DatabaseDep,
-    session: SessionDep,
     storage: StorageDep,
     settings: SettingsDep,
     access: Operator,
     file: UploadFile,
     response: Response,
-    site_id: Annotated[
-        int | None, Form(description="Left out: for all sites, or for the only one you may")
-    ] = None,
+    site_id: SiteOfFile = None,
+    mapping: MappingText = "",
 ) -> AisFileOut:
     """Import a recording: AIVDM sentences in all usual wrappings, or a table; plain, gzip or zip.
 
@@ -62,7 +72,9 @@ def import_file(
     recording or several and is one file, its accounting their sum; if one is refused, all are. The
     same bytes again answer 200 with the same id and change nothing.
     """
-    imported = actions.import_upload(database, session, storage, settings, access, file, site_id)
+    imported = actions.import_upload(
+        database, storage, settings, access, file, site_id, actions.mapping_of(mapping)
+    )
     if not imported.created:
         response.status_code = 200
     response.headers["Location"] = f"/api/v1/ais/files/{imported.file.id}"

@@ -14,13 +14,14 @@ from sqlalchemy.orm import Session
 
 from app.ais import repository
 from app.ais.area import Area
-from app.ais.importing import Decoded, Imported, decoded, known_file, store
+from app.ais.importing import Decoded, Imported, Importer, decoded, known_file, store
 from app.ais.recording import Recording
 from app.ais.reports import ReportWindow, reports_between
 from app.ais.summary import RecordingSummary
 from app.ais.track import segments
 from app.db import Database
 from app.domain.accounting import Accounting
+from app.domain.table_mapping import TableMapping
 from app.errors import NotFound
 from app.paging import Paging
 from app.storage import Storage
@@ -30,6 +31,7 @@ __all__ = [
     "Area",
     "Decoded",
     "Imported",
+    "Importer",
     "PositionFilter",
     "ReportWindow",
     "Track",
@@ -37,6 +39,7 @@ __all__ = [
     "get_file",
     "get_vessel",
     "import_ais_file",
+    "import_recording",
     "inspect",
     "known_file",
     "latest_positions",
@@ -84,25 +87,54 @@ def import_ais_file(
     *,
     site_id: int | None,
     file_name: str,
-    user_id: int | None = None,
     max_bytes: int = DEFAULT_MAX_BYTES,
+    mapping: TableMapping | None = None,
 ) -> Imported:
     """Import a recording: a path or a seekable stream of bytes, for a site or (None) for all.
+
+    See `import_recording`.
+    """
+    with ExitStack() as stack:
+        stream = stack.enter_context(source.open("rb")) if isinstance(source, Path) else source
+        return import_recording(
+            database,
+            storage,
+            stream,
+            Importer(site_id),
+            file_name=file_name,
+            max_bytes=max_bytes,
+            mapping=mapping,
+        )
+
+
+def import_recording(
+    database: Database,
+    storage: Storage,
+    stream: IO[bytes],
+    importer: Importer,
+    *,
+    file_name: str,
+    max_bytes: int,
+    mapping: TableMapping | None = None,
+) -> Imported:
+    """Import a seekable stream, its tables read by a mapping, all of it or nothing.
 
     The same bytes again change nothing. Raises Invalid for what is no recording, TooLarge beyond
     `max_bytes` of text or for an archive made to harm.
     """
-    with ExitStack() as stack:
-        stream = stack.enter_context(source.open("rb")) if isinstance(source, Path) else source
-        known = known_file(database, stream, site_id)
-        if known is not None:
-            return Imported(known, created=False)
-        recording = stack.enter_context(decoded(storage, stream, file_name, max_bytes=max_bytes))
-        with database.writing() as session:
-            return store(session, recording, site_id=site_id, user_id=user_id)
+    known = known_file(database, stream, importer.site_id)
+    if known is not None:
+        return Imported(known, created=False)
+    with decoded(storage, stream, file_name, max_bytes=max_bytes, mapping=mapping) as recording:
+        return store(database, recording, importer)
 
 
-def inspect(paths: Sequence[Path], *, max_bytes: int = DEFAULT_MAX_BYTES) -> dict[str, Any]:
+def inspect(
+    paths: Sequence[Path],
+    *,
+    max_bytes: int = DEFAULT_MAX_BYTES,
+    mapping: TableMapping | None = None,
+) -> dict[str, Any]:
     """Decode recordings without storing: the sums of all, the vessels, the first and last moment.
 
     Returns `{"lines", "sentences", "messages", "vessels", "first", "last"}`. Raises Invalid for
@@ -112,7 +144,7 @@ def inspect(paths: Sequence[Path], *, max_bytes: int = DEFAULT_MAX_BYTES) -> dic
     summary = RecordingSummary()
     for path in paths:
         with path.open("rb") as stream:
-            recording = Recording(stream, max_bytes=max_bytes)
+            recording = Recording(stream, max_bytes=max_bytes, mapping=mapping)
             for report in recording.reports():
                 summary.add(report)
             accounting.add(recording.accounting)

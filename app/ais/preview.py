@@ -1,0 +1,134 @@
+"""A recording looked at before it is imported: its format, its first reports, what is refused.
+
+Only a bounded portion is read, so that a file of gigabytes is shown as soon as it is here. The
+same decoders do it that import it, so what is shown is what will be.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import IO
+
+from app.ais.part import Part, Report
+from app.ais.recording import Recording
+from app.ais.summary import RecordingSummary
+from app.domain.accounting import Accounting
+from app.domain.rejects import Reject
+from app.domain.table_mapping import TableMapping
+from app.domain.table_proposal import Proposal
+from app.errors import Invalid
+
+PREVIEW_LINES = 20_000
+REPORTS_SHOWN = 10
+REJECTS_OF_A_REASON = 3
+_MOST_ENTRIES = 20
+
+
+@dataclass(frozen=True, slots=True)
+class TextSeen:
+    """One text of a recording: its name in an archive, and what it is made of."""
+
+    entry: str
+    format: str
+
+
+@dataclass(frozen=True, slots=True)
+class RejectSeen:
+    """A line that was not taken, in which text of an archive."""
+
+    entry: str
+    reject: Reject
+
+
+@dataclass(slots=True)
+class Preview:
+    """What the first lines of a recording hold. `is_whole`: there are no more than these.
+
+    `table` is what its first table seems to be, `mapping` how it was read; None without a table or
+    where the table cannot be read yet. `problem` says why nothing can be read.
+    """
+
+    texts: list[TextSeen] = field(default_factory=list)
+    accounting: Accounting = field(default_factory=Accounting)
+    reports: list[Report] = field(default_factory=list)
+    rejects: list[RejectSeen] = field(default_factory=list)
+    summary: RecordingSummary = field(default_factory=RecordingSummary)
+    is_whole: bool = False
+    table: Proposal | None = None
+    mapping: TableMapping | None = None
+    problem: str = ""
+
+    @property
+    def first(self) -> datetime | None:
+        """The moment of the first report."""
+        return self.summary.first
+
+    @property
+    def last(self) -> datetime | None:
+        """The moment of the last report."""
+        return self.summary.last
+
+    @property
+    def vessel_count(self) -> int:
+        """How many vessels the portion speaks of."""
+        return len(self.summary.vessels)
+
+
+def preview(
+    stream: IO[bytes],
+    *,
+    max_bytes: int,
+    mapping: TableMapping | None = None,
+    most_lines: int = PREVIEW_LINES,
+) -> Preview:
+    """Decode the first lines of a recording without storing anything.
+
+    Raises Invalid for what is no recording, TooLarge for an archive made to harm. A table whose
+    columns nobody knows is no error: the preview says what is missing.
+    """
+    seen = Preview()
+    of_reason: Counter[str] = Counter()
+
+    def keep(entry: str, reject: Reject) -> None:
+        of_reason[reject.reason] += 1
+        if of_reason[reject.reason] <= REJECTS_OF_A_REASON:
+            seen.rejects.append(RejectSeen(entry, reject))
+
+    recording = Recording(stream, max_bytes=max_bytes, mapping=mapping, on_reject=keep)
+    seen.is_whole = True
+    lines = 0
+    for part in recording.texts():
+        if len(seen.texts) == _MOST_ENTRIES:
+            seen.is_whole = False
+            break
+        seen.texts.append(TextSeen(part.entry, part.format))
+        if seen.table is None and (table := part.proposal()) is not None:
+            seen.table = table
+            seen.mapping = mapping or (None if table.mapping.missing else table.mapping)
+            if seen.mapping is None:
+                missing = ", ".join(table.mapping.missing)
+                seen.problem = f"The table has no column that is known as {missing}."
+                seen.is_whole = False
+                break
+        _read(seen, part, most_lines - lines)
+        lines += part.accounting.lines.total
+        seen.accounting.add(part.accounting)
+        if not part.is_read_out:
+            seen.is_whole = False
+            break
+    _check(seen)
+    return seen
+
+
+def _read(seen: Preview, part: Part, most_lines: int) -> None:
+    for report in part.first_reports(most_lines):
+        seen.summary.add(report)
+        if len(seen.reports) < REPORTS_SHOWN:
+            seen.reports.append(report)
+
+
+def _check(seen: Preview) -> None:
+    """Refuse what holds no sentence and no row at all."""
+    if seen.is_whole and seen.accounting.sentences.total == 0:
+        lines = seen.accounting.lines.total
+        raise Invalid.field("file", f"it holds {lines} lines without one AIS sentence or row")
