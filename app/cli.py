@@ -15,7 +15,7 @@ from app.auth import commands as auth
 from app.detectors import commands as detectors
 from app.errors import AppError
 from app.exports import commands as exports
-from app.imagery import commands as imagery
+from app.imports import commands as bulk_imports
 from app.keeping import commands as keeping
 from app.operation import commands as operation
 from app.runs import commands as runs
@@ -31,7 +31,7 @@ cli = typer.Typer(
 imports = typer.Typer(
     name="import", help="Bring in images, AIS recordings and detections.", no_args_is_help=True
 )
-imagery.register(imports)
+bulk_imports.register(imports)
 ais.register(cli, imports)
 detectors.register(cli, imports)
 bonk.register(imports)

@@ -6,7 +6,6 @@ in between leaves a file that is still waited for.
 """
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import IO, Any
 
@@ -24,8 +23,7 @@ from app.tables.imports import FileState, ImportFile
 
 MOST_FILES = 200_000
 ENTRIES = archives.Limits(0, entries=50_000).entries
-BATCH_BYTES = 32 << 20
-THREADS = 2
+PORTION_BYTES = 24 << 20
 _FACTS = ("state", "reason", "sha256", "media_type", "width_px", "height_px", "exif_at")
 
 
@@ -131,7 +129,7 @@ def stage(place: Place, import_id: int, blobs: Sequence[Blob]) -> None:
 
     Raises StorageFull with all of them still waited for, Conflict for a batch that is closed.
     """
-    rows = store(place, blobs)
+    rows = _store(place, blobs)
     with place.database.writing() as session:
         open_import(session, import_id)
         repository.update_files(
@@ -143,11 +141,10 @@ def stage(place: Place, import_id: int, blobs: Sequence[Blob]) -> None:
         )
 
 
-def store(place: Place, blobs: Sequence[Blob]) -> list[dict[str, Any]]:
+def _store(place: Place, blobs: Sequence[Blob]) -> list[dict[str, Any]]:
     """Check bytes and store those that are photographs; returns each one's facts."""
     limit = place.settings.max_image_pixels
-    with ThreadPoolExecutor(THREADS) as pool:
-        contents = list(pool.map(lambda blob: read(blob.data, limit), blobs))
+    contents = [read(blob.data, limit) for blob in blobs]
     put_many(
         place.storage,
         {content.sha256: content.data for content in contents if isinstance(content, Content)},
@@ -221,7 +218,7 @@ def _entries(
             continue
         waiting.append(Blob(path, data, number))
         waiting_bytes += len(data)
-        if waiting_bytes >= BATCH_BYTES:
+        if waiting_bytes >= PORTION_BYTES:
             yield from _stored(place, import_id, waiting)
             waiting, waiting_bytes = [], 0
     yield from _stored(place, import_id, waiting)
@@ -231,7 +228,7 @@ def _entries(
 
 
 def _stored(place: Place, import_id: int, blobs: Sequence[Blob]) -> Iterator[dict[str, Any]]:
-    for blob, facts in zip(blobs, store(place, blobs), strict=True):
+    for blob, facts in zip(blobs, _store(place, blobs), strict=True):
         size = {"size_bytes": len(blob.data), "received_bytes": len(blob.data)}
         yield _base(import_id, blob.path, blob.file_id or 0) | facts | size
 

@@ -19,7 +19,7 @@ def shown(path: str) -> str:
     """Return a path fit to be stored and shown: no control characters, of sane length."""
     visible = "".join(
         letter for letter in path.replace("\\", "/") if unicodedata.category(letter)[0] != "C"
-    ).strip("/ ")
+    ).strip()
     if len(visible) > LONGEST:
         visible = f"…{visible[1 - LONGEST :]}"
     return visible or "unnamed"

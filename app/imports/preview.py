@@ -19,7 +19,6 @@ from app.imports.times import Doubt, Telling, TimeSettings, Told, by_name, in_ut
 from app.tables.imagery import CaptureTimeSource
 from app.tables.imports import FileState
 
-EXAMPLES = 5
 CLOCKS_AGREE = timedelta(seconds=3)
 SHORTEST_GAP = timedelta(hours=1)
 GAP_FACTOR = 20
@@ -87,17 +86,15 @@ LEFT_OUT = frozenset(
 
 @dataclass(slots=True)
 class Odd:
-    """One kind of oddity: how often, and the first few with what is to be said of each."""
+    """One kind of oddity: the files it was found at, with what is to be said of each."""
 
     kind: OddKind
-    count: int = 0
-    examples: list[tuple[str, str]] = field(default_factory=list)
+    found: list[tuple[str, str]] = field(default_factory=list)
 
-    def add(self, path: str, detail: str) -> None:
-        """Count one more."""
-        self.count += 1
-        if len(self.examples) < EXAMPLES:
-            self.examples.append((path, detail))
+    @property
+    def count(self) -> int:
+        """How often it was found."""
+        return len(self.found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,12 +117,16 @@ class Preview:
 
     def note(self, kind: OddKind, path: str, detail: str) -> None:
         """Tell something odd of a file."""
-        self.odd.setdefault(kind, Odd(kind)).add(path, detail)
+        self.odd.setdefault(kind, Odd(kind)).found.append((path, detail))
+
+    def count(self, *kinds: OddKind) -> int:
+        """Count what is odd in some ways."""
+        return sum(self.odd[kind].count for kind in kinds if kind in self.odd)
 
     @property
     def left_out_count(self) -> int:
         """How many files will not become images."""
-        return sum(odd.count for kind, odd in self.odd.items() if kind in LEFT_OUT)
+        return self.count(*LEFT_OUT)
 
     @property
     def sources(self) -> dict[CaptureTimeSource, int]:

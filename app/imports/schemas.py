@@ -17,6 +17,7 @@ from app.tables.sites import Viewport
 
 MOST_ANNOUNCED = 2_000
 SAMPLES = 8
+EXAMPLES = 5
 Sha256 = Annotated[str, StringConstraints(pattern="^[0-9a-f]{64}$")]
 
 
@@ -111,7 +112,7 @@ class OddOut(BaseModel):
     @classmethod
     def of(cls, odd: Odd) -> Self:
         """Show an oddity."""
-        examples = [ExampleOut(path=path, detail=detail) for path, detail in odd.examples]
+        examples = [ExampleOut(path=path, detail=detail) for path, detail in odd.found[:EXAMPLES]]
         return cls(kind=odd.kind, count=odd.count, examples=examples)
 
 

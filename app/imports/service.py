@@ -100,6 +100,11 @@ def set_times(row: ImageImport, times: TimeSettings) -> None:
     row.times = times.model_dump(mode="json")
 
 
+def change_times(row: ImageImport, changes: dict[str, Any]) -> None:
+    """Change some of how a batch's files tell their times. Raises Conflict, ValidationError."""
+    set_times(row, TimeSettings.model_validate(row.times | changes))
+
+
 def set_listed_times(session: Session, row: ImageImport, text: str) -> TimesTableOut:
     """Take a table of file name and time; a name without folders stands for any folder's.
 

@@ -13,21 +13,12 @@ from zoneinfo import ZoneInfo
 
 from pydantic import Field
 
+from app.imports.rules import TimeRule
 from app.sites.fields import EARLIEST, LATEST, Pattern, Request, Timezone
 from app.sites.name_pattern import from_file_name, told_by
 from app.tables.imagery import CaptureTimeSource
 
 MOST_PATTERNS = 8
-
-
-class TimeRule(StrEnum):
-    """Which of a file's ways to tell its moment counts."""
-
-    AUTO = "auto"  # EXIF, else the name
-    EXIF = "exif"
-    FILE_NAME = "file_name"
-    CSV = "csv"
-    FILE_TIME = "file_time"
 
 
 class RepeatedHour(StrEnum):
