@@ -13,6 +13,7 @@ import numpy as np
 
 from app.domain.arrays import FloatArray
 from app.domain.fusion import FusedPose, FusionSettings, Preset, fuse
+from app.domain.fusion_settings import MATCHING_OF
 from app.domain.geodesy import EcefFrame
 from app.published_files import (
     PUBLISHED_WATER_LEVEL_M,
@@ -39,7 +40,11 @@ def fuse_files(
     label = read_label(label_path)
     boxes = boxes_of(label_path, label.objects)
     # The label's publisher has chosen the reports already: their age is no reason to drop them.
-    settings = FusionSettings(preset=Preset(preset), maximum_report_age_s=float("inf"))
+    settings = FusionSettings(
+        preset=Preset(preset),
+        matching=MATCHING_OF[Preset(preset)],
+        maximum_report_age_s=float("inf"),
+    )
     try:
         result = fuse(
             camera,

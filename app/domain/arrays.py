@@ -12,6 +12,8 @@ import numpy.typing as npt
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 UInt8Array: TypeAlias = npt.NDArray[np.uint8]  # images (height, width, 3), BGR as OpenCV has them
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+IntArray: TypeAlias = npt.NDArray[np.intp]  # positions in other arrays
 Float32Array: TypeAlias = npt.NDArray[np.float32]  # what neural networks take and give
 
 

@@ -1,12 +1,30 @@
-"""A vessel found on an image, and the box made of it: what matching hands to the estimators."""
+"""What goes between the stages of fusion: an image, a vessel found on it, the box made of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.domain.arrays import FloatArray
 from app.domain.borders import CutEdges
 from app.domain.candidates import Candidate
 from app.domain.detection import Detection
+from app.domain.likelihood import Odds
 from app.domain.matching import Cost
+from app.domain.matching_baselines import GroundCost
+from app.domain.vessel_state import VesselState
+
+
+@dataclass(frozen=True, slots=True)
+class SeenImage:
+    """One image of a viewport: its detections, the vessel states at its time, and the water.
+
+    `water_level_m` is the ellipsoidal height of the water as it is known beforehand; `at_s` is the
+    image's time in seconds from any moment that all images of a series share.
+    """
+
+    detections: Sequence[Detection]
+    states: Sequence[VesselState]
+    water_level_m: float
+    at_s: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +38,7 @@ class Sighting:
     detection_index: int
     detection: Detection
     cut: CutEdges
-    cost: Cost
+    cost: Cost | Odds | GroundCost
     water_level_m: float
 
 

@@ -15,7 +15,7 @@ from app.domain.camera import Camera
 from app.domain.candidates import Candidate, UnmatchedReason, candidate_or_reason
 from app.domain.detection import Detection
 from app.domain.fusion import FusedPose, fuse
-from app.domain.fusion_settings import FusionSettings
+from app.domain.fusion_settings import FusionSettings, MatchingMethod
 from app.domain.geodesy import EnuFrame
 from app.domain.matching import Cost, matching_cost
 from app.domain.vessel_state import HeadingSource, VesselState
@@ -93,7 +93,13 @@ def scene_of(session: Session, run_id: int, image: Image) -> Scene:
         camera,
         frame,
         level_m,
-        replace(settings, maximum_cost=float("inf"), score_threshold=0.0),
+        # A person's choice is carried out, however improbable it is.
+        replace(
+            settings,
+            matching=MatchingMethod.PAPER,
+            maximum_cost=float("inf"),
+            score_threshold=0.0,
+        ),
     )
 
 

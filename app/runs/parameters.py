@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from app.domain.fusion_settings import FusionSettings, Preset
+from app.domain.fusion_settings import MATCHING_OF, FusionSettings, Preset
 from app.errors import FieldError, Invalid
 from app.ids import LARGEST_ROW_ID
 
@@ -36,7 +36,9 @@ def fusion_settings(preset: str, overrides: Mapping[str, Any]) -> FusionSettings
             f"is no parameter; there are {', '.join(sorted(known))}",
         )
     try:
-        settings = _ADAPTER.validate_python({"preset": preset, **overrides})
+        settings = _ADAPTER.validate_python(
+            {"preset": preset, "matching": MATCHING_OF[Preset(preset)], **overrides}
+        )
     except ValidationError as error:
         problems = tuple(_problem(problem["loc"], problem["msg"]) for problem in error.errors())
         first = problems[0]

@@ -1,0 +1,132 @@
+"""From images to sightings: which vessels can be there, and which detection shows each.
+
+Every vessel state ends as a sighting or with the reason why it is none. Matching `paper` looks at
+each image by itself; matching `likelihood` at all images of a while, which share their water.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+from app.domain.borders import cut_edges
+from app.domain.camera import Camera
+from app.domain.candidates import Candidate, UnmatchedReason, candidate_or_reason
+from app.domain.detection import Detection
+from app.domain.fusion_settings import FusionSettings, MatchingMethod
+from app.domain.geodesy import WorldFrame
+from app.domain.likelihood import LikelyPair, Scene, match_by_likelihood
+from app.domain.matching import Pair, match
+from app.domain.matching_baselines import GroundPair, match_on_water
+from app.domain.sighting import SeenImage, Sighting
+
+
+@dataclass(frozen=True, eq=False)
+class MatchedImage:
+    """What matching says of one image: pairs to make boxes of, and why states are in none."""
+
+    pairs: list[Sighting]
+    unmatched_states: dict[int, str]
+
+
+def match_images(
+    camera: Camera, frame: WorldFrame, images: Sequence[SeenImage], settings: FusionSettings
+) -> list[MatchedImage]:
+    """Match each image of a viewport. Raises ValueError naming a detection that is no box."""
+    placed = [_Placed.of(camera, frame, image, settings) for image in images]
+    scenes = [
+        Scene(image.detections, there.candidates)
+        for image, there in zip(images, placed, strict=True)
+    ]
+    pairs: list[Sequence[Pair | LikelyPair | GroundPair]] = [[] for _ in images]
+    if settings.matching is MatchingMethod.LIKELIHOOD:
+        for window in windows(images, settings.level_window_s):
+            together = match_by_likelihood(camera, [scenes[i] for i in window], settings)
+            for index, found in zip(window, together, strict=True):
+                pairs[index] = found
+    else:
+        pairs = [_matched_alone(camera, scene, settings) for scene in scenes]
+    return [
+        _matched(camera, image, there, found, settings)
+        for image, there, found in zip(images, placed, pairs, strict=True)
+    ]
+
+
+def _matched_alone(
+    camera: Camera, scene: Scene, settings: FusionSettings
+) -> Sequence[Pair | GroundPair]:
+    """Match an image by a method that looks at no other."""
+    if settings.matching is MatchingMethod.PAPER:
+        return match(scene.detections, scene.candidates, camera.intrinsics, settings)
+    return match_on_water(scene.detections, scene.candidates, camera, settings)
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """The candidates of one image, and why the other states are none."""
+
+    candidates: list[Candidate]
+    refused: dict[int, str]
+
+    @classmethod
+    def of(
+        cls, camera: Camera, frame: WorldFrame, image: SeenImage, settings: FusionSettings
+    ) -> "_Placed":
+        for index, detection in enumerate(image.detections):
+            _require_box(index, detection)
+        found = cls([], {})
+        for index, state in enumerate(image.states):
+            placed = candidate_or_reason(index, state, camera, frame, image.water_level_m, settings)
+            if isinstance(placed, Candidate):
+                found.candidates.append(placed)
+            else:
+                found.refused[index] = placed
+        return found
+
+
+def _matched(
+    camera: Camera,
+    image: SeenImage,
+    placed: _Placed,
+    found: Sequence[Pair | LikelyPair | GroundPair],
+    settings: FusionSettings,
+) -> MatchedImage:
+    """Turn pairs into sightings, and say of all other candidates why they are in none."""
+    candidates = placed.candidates
+    # The other methods leave out by themselves what is too unlike.
+    limit = settings.maximum_cost if settings.matching is MatchingMethod.PAPER else float("inf")
+    sightings: list[Sighting] = []
+    reasons = dict.fromkeys(range(len(candidates)), UnmatchedReason.NO_DETECTION_LEFT)
+    for pair in found:
+        candidate = candidates[pair.candidate]
+        if pair.cost.total > limit:
+            reasons[pair.candidate] = UnmatchedReason.COST_TOO_HIGH
+        elif not candidate.has_size:
+            reasons[pair.candidate] = UnmatchedReason.SIZE_UNKNOWN
+        else:
+            del reasons[pair.candidate]
+            detection = image.detections[pair.detection]
+            cut = cut_edges(detection, camera.intrinsics, settings.border_tolerance_px)
+            sightings.append(
+                Sighting(candidate, pair.detection, detection, cut, pair.cost, image.water_level_m)
+            )
+    unmatched = placed.refused | {candidates[i].state_index: why for i, why in reasons.items()}
+    return MatchedImage(sightings, unmatched)
+
+
+def windows(images: Sequence[SeenImage], window_s: float) -> list[list[int]]:
+    """Split images, by index, into windows of time during which the water stands still."""
+    windows: list[list[int]] = []
+    for index in sorted(range(len(images)), key=lambda index: images[index].at_s):
+        if windows and images[index].at_s - images[windows[-1][0]].at_s <= window_s:
+            windows[-1].append(index)
+        else:
+            windows.append([index])
+    return windows
+
+
+def _require_box(index: int, detection: Detection) -> None:
+    numbers = (detection.x1_px, detection.y1_px, detection.x2_px, detection.y2_px, detection.score)
+    if not all(isfinite(number) for number in numbers):
+        raise ValueError(f"detection {index}: coordinates and score must be finite numbers")
+    if detection.x1_px >= detection.x2_px or detection.y1_px >= detection.y2_px:
+        raise ValueError(f"detection {index}: needs x1 < x2 and y1 < y2, the box is empty")
