@@ -17,7 +17,8 @@ from app.domain.accounting import Accounting
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.ais_csv import CsvDecoder, CsvHeaderError
 from app.domain.ais_json import JsonDecoder, row_of
-from app.domain.nmea import NmeaDecoder, decode_lines
+from app.domain.nmea import NmeaDecoder
+from app.domain.nmea_bulk import Decoded, decode_recording
 from app.domain.nmea_lines import split_lines
 from app.domain.rejects import RejectLog
 from app.domain.table_mapping import COLUMNS, TableMapping
@@ -96,6 +97,7 @@ class Part:
         rejects: RejectLog | None = None,
     ) -> None:
         self.entry = entry
+        self.is_read_out = False
         stream.seek(0)
         self.is_gzip = stream.read(2) == _GZIP
         stream.seek(0)
@@ -127,13 +129,12 @@ class Part:
             return None
         return propose(list(map(_text, islice(self._head_lines(), 4 * _LINES_LOOKED_AT))))
 
-    def reports(self) -> Iterator[Report]:
+    def reports(self) -> Iterator[Decoded]:
         """Yield all reports once. Raises Invalid when the text turns out to hold none at all."""
-        lines = split_lines(self._all_chunks())
         if isinstance(self._decoder, NmeaDecoder):
-            yield from decode_lines(lines, self._decoder)
+            yield from decode_recording(self._all_chunks(), self._decoder)
         else:
-            yield from self._decoded(lines)
+            yield from self._decoded(split_lines(self._all_chunks()))
             self._finish()
         if self.accounting.sentences.total == 0:
             found = f"{self.accounting.lines.total} lines without one AIS sentence or row"
@@ -143,7 +144,8 @@ class Part:
         """Yield the reports of the first lines; parts of messages may then be pending."""
         lines = split_lines(self._all_chunks())
         yield from self._decoded(islice(lines, most_lines))
-        if next(lines, None) is None:
+        self.is_read_out = next(lines, None) is None
+        if self.is_read_out:
             self._finish()
 
     def _decoded(self, lines: Iterable[bytes]) -> Iterator[Report]:

@@ -12,9 +12,10 @@ from itertools import chain
 from typing import IO
 
 from app import archives
-from app.ais.part import WANTED, Part, Report, TextAllowance
+from app.ais.part import WANTED, Part, TextAllowance
 from app.db import now
 from app.domain.accounting import Accounting
+from app.domain.nmea_bulk import Decoded
 from app.domain.rejects import Reject, RejectLog
 from app.domain.table_mapping import TableMapping
 from app.errors import Invalid
@@ -74,11 +75,11 @@ class Recording:
         if not self._formats:
             raise Invalid.field("file", f"this is a zip archive without a file in it; {WANTED}")
 
-    def parts(self) -> Iterator[Iterator[Report]]:
+    def parts(self) -> Iterator[Iterator[Decoded]]:
         """Yield the reports of each text, to be read to their end before the next is asked for."""
         return (part.reports() for part in self.texts())
 
-    def reports(self) -> Iterator[Report]:
+    def reports(self) -> Iterator[Decoded]:
         """Yield all reports, once."""
         return chain.from_iterable(self.parts())
 

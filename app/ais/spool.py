@@ -7,12 +7,15 @@ parts of a recording stands a mark, because a fix that two of them tell is one.
 """
 
 import marshal
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from datetime import datetime
 from tempfile import SpooledTemporaryFile
 from typing import Any, Self
 
+import numpy as np
+
 from app.domain.ais import PositionReport, StaticReport
+from app.domain.ais_bulk import IntArray, PositionTable
 
 Row = tuple[Any, ...]
 ROWS_IN_A_BATCH = 5_000
@@ -32,6 +35,12 @@ class RowSpool:
     def add(self, row: Row) -> None:
         """Append a row."""
         self._batch.append(row)
+        if len(self._batch) >= ROWS_IN_A_BATCH:
+            self._flush()
+
+    def extend(self, rows: Iterable[Row]) -> None:
+        """Append rows."""
+        self._batch.extend(rows)
         if len(self._batch) >= ROWS_IN_A_BATCH:
             self._flush()
 
@@ -75,9 +84,11 @@ class ReportSpool:
         self.positions = RowSpool()
         self.statics = RowSpool()
 
-    def add(self, report: PositionReport | StaticReport) -> None:
-        """Append a report."""
-        if isinstance(report, StaticReport):
+    def add(self, report: PositionTable | PositionReport | StaticReport) -> None:
+        """Append a report, or many."""
+        if isinstance(report, PositionTable):
+            self.positions.extend(_position_rows(report))
+        elif isinstance(report, StaticReport):
             self.statics.add(_static_row(report))
         else:
             self.positions.add(_position_row(report))
@@ -114,6 +125,26 @@ def _position_row(report: PositionReport) -> Row:
     )
 
 
+def _position_rows(table: PositionTable) -> Iterator[Row]:
+    """As `_position_row`, many at once."""
+    return zip(
+        table.mmsi.tolist(),
+        _moments(table.fix_us),
+        _moments(table.received_us),
+        table.lat_deg.tolist(),
+        table.lon_deg.tolist(),
+        table.sog_kn.tolist(),
+        table.cog_deg.tolist(),
+        table.heading_deg.tolist(),
+        table.rot_deg_min.tolist(),
+        table.message_type.tolist(),
+        table.ais_class.tolist(),
+        table.high_accuracy.tolist(),
+        map(str, table.fix_time_source.tolist()),
+        strict=True,
+    )
+
+
 def _static_row(report: StaticReport) -> Row:
     """In the order of `import_repository`'s static columns."""
     return (
@@ -146,3 +177,12 @@ def in_range(value: int | None) -> int | None:
 def _moment(moment: datetime) -> str:
     """Write a moment in UTC the way SQLite stores it and Postgres reads it, without its zone."""
     return moment.isoformat(sep=" ", timespec="microseconds")[:26]
+
+
+def _moments(since_1970_us: IntArray) -> list[str]:
+    """As `_moment`, many at once."""
+    texts = np.datetime_as_string(since_1970_us.view("datetime64[us]"))
+    letters = texts.view(np.uint32).reshape(texts.size, -1)
+    letters[:, 10] = ord(" ")  # where ISO 8601 has a T
+    moments: list[str] = texts.tolist()
+    return moments

@@ -17,13 +17,17 @@ from typing import Literal
 AisClass = Literal["A", "B"]
 
 MPS_PER_KN = 1852 / 3600
+SHIP_MMSI = range(200_000_000, 800_000_000)
 # 98XXXYYYY belongs to a ship: its boats and tenders (ITU-R M.585).
 AUXILIARY_MMSI = range(980_000_000, 990_000_000)
 
-_UNITS_PER_DEG = 600_000  # 1/10,000 minute
-_MINUTE = 60_000_000  # in microseconds, like the two lags below
-_EARLIEST_LAG = -2_000_000  # a receiver's clock may trail the satellites' by this much
-_PROMPT_LAG = 5_000_000  # a report older than this was repeated or delayed on its way
+UNITS_PER_DEG = 600_000  # 1/10,000 minute
+LATITUDES = range(-90 * UNITS_PER_DEG, 90 * UNITS_PER_DEG + 1)
+LONGITUDES = range(-180 * UNITS_PER_DEG, 180 * UNITS_PER_DEG + 1)
+MINUTE_US = 60_000_000
+EARLIEST_LAG_US = -2_000_000  # a receiver's clock may trail the satellites' by this much
+PROMPT_LAG_US = 5_000_000  # a report older than this was repeated or delayed on its way
+LAST_UTC_SECOND = 59  # above: none
 
 
 class FixTimeSource(StrEnum):
@@ -94,17 +98,17 @@ def is_vessel_mmsi(mmsi: int) -> bool:
     Not vessels (ITU-R M.585): 00 coast stations, 0 groups, 111 aircraft, 99 aids to navigation,
     970, 972, 974 distress devices, 8 handheld radios, and whatever has not nine digits.
     """
-    return 200_000_000 <= mmsi <= 799_999_999 or mmsi in AUXILIARY_MMSI
+    return mmsi in SHIP_MMSI or mmsi in AUXILIARY_MMSI
 
 
 def latitude_deg(raw: int) -> float | None:
     """Latitude, deg, from 1/10,000 minutes; None for 91 degrees ("not available") and beyond."""
-    return raw / _UNITS_PER_DEG if -54_000_000 <= raw <= 54_000_000 else None
+    return raw / UNITS_PER_DEG if raw in LATITUDES else None
 
 
 def longitude_deg(raw: int) -> float | None:
     """Longitude, deg, from 1/10,000 minutes; None for 181 degrees and beyond."""
-    return raw / _UNITS_PER_DEG if -108_000_000 <= raw <= 108_000_000 else None
+    return raw / UNITS_PER_DEG if raw in LONGITUDES else None
 
 
 def speed_kn(raw: int) -> float | None:
@@ -160,11 +164,11 @@ def fix_time(received_at: datetime, utc_second: int) -> tuple[datetime, FixTimeS
     8 % of the reports are such, and 95 % of these come from vessels whose lag is constant to a
     second (often 44 s: leap seconds never learnt). So the reception is the better estimate.
     """
-    if utc_second > 59:
+    if utc_second > LAST_UTC_SECOND:
         return received_at, FixTimeSource.RECEIVED
-    lag = ((received_at.second - utc_second) * 1_000_000 + received_at.microsecond) % _MINUTE
-    if lag >= _MINUTE + _EARLIEST_LAG:
-        lag -= _MINUTE
-    if lag > _PROMPT_LAG:
+    lag = ((received_at.second - utc_second) * 1_000_000 + received_at.microsecond) % MINUTE_US
+    if lag >= MINUTE_US + EARLIEST_LAG_US:
+        lag -= MINUTE_US
+    if lag > PROMPT_LAG_US:
         return received_at, FixTimeSource.DOUBTFUL
     return received_at - timedelta(microseconds=lag), FixTimeSource.PROMPT

@@ -206,3 +206,5 @@ _WANTED: dict[int, tuple[int, int, _Reader]] = {
     ord("C"): (312, 312, _class_b_extended),
     ord("H"): (160, 168, _static_parts),
 }
+
+WANTED_LETTERS = bytes(_WANTED)  # all other messages are of an ignored type

@@ -31,8 +31,9 @@ class NmeaDecoder:
         sentences = self.accounting.sentences
         self._times = TimeReader(not_after)
         self._reader = LineReader(self.accounting.lines, sentences, self._times)
-        self._assembler = FragmentAssembler(sentences, rejects and rejects.orphaned)
-        self._repeats = RepeatFilter()
+        on_orphan = None if rejects is None else rejects.orphaned
+        self._assembler = FragmentAssembler(sentences, on_orphan)
+        self.repeats = RepeatFilter()
 
     def refuse_after(self, moment: datetime) -> None:
         """Move the bound of plausible times: live input goes on for months."""
@@ -51,7 +52,7 @@ class NmeaDecoder:
 
         """
         raw = line.encode("utf-8", "replace") if isinstance(line, str) else line
-        origin = self._rejects and self._rejects.at(raw)
+        origin = None if self._rejects is None else self._rejects.at(raw)
         if arrival is not None:
             self._assembler.expire(arrival)
         reports: Reports = ()
@@ -60,6 +61,25 @@ class NmeaDecoder:
             if message is not None:
                 reports += self._decode(*message)
         return reports
+
+    @property
+    def not_after(self) -> datetime:
+        """The bound of plausible times."""
+        return self._times.not_after
+
+    @property
+    def tells_rejects(self) -> bool:
+        """Whether somebody hears of each line that is not taken."""
+        return self._rejects is not None
+
+    @property
+    def carries_time(self) -> bool:
+        """Whether a time waits for the next sentence."""
+        return self._reader.carries_time
+
+    def pass_by(self, whole: int) -> None:
+        """Let so many sentences go by that were whole messages, decoded and counted elsewhere."""
+        self._assembler.pass_by(whole)
 
     def finish(self) -> Accounting:
         """End the input: what is unfinished becomes orphaned. Return the accounting."""
@@ -76,7 +96,7 @@ class NmeaDecoder:
             return ()
         if reports is None:
             messages.ignored_type += 1
-        elif self._repeats.is_repeat(payload, reports[0].received_at):
+        elif self.repeats.is_repeat(payload, reports[0].received_at):
             messages.duplicates += 1
         else:
             if isinstance(reports[0], PositionReport):

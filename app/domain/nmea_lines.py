@@ -66,6 +66,26 @@ def split_lines(chunks: Iterable[bytes]) -> Iterator[bytes]:
         yield rest
 
 
+def split_blocks(chunks: Iterable[bytes]) -> Iterator[bytes]:
+    """Cut a stream of bytes into blocks of whole lines; the same lines as `split_lines` gives."""
+    rest = b""
+    skipping = False
+    for chunk in chunks:
+        text = rest + chunk
+        if skipping:
+            _, newline, text = text.partition(b"\n")
+            skipping = not newline
+        end = text.rfind(b"\n") + 1
+        if end:
+            yield text[:end]
+        rest = b"" if skipping else text[end:]
+        if len(rest) > LONGEST_LINE:
+            yield rest[: LONGEST_LINE + 1] + b"\n"
+            skipping, rest = True, b""
+    if rest:
+        yield rest
+
+
 class LineReader:
     """Reads lines one by one and hands out their sentences; counts what it saw.
 
@@ -80,6 +100,11 @@ class LineReader:
         self._tag: TagBlock | None = None
         self._pghp: PghpLine | None = None
         self._groups: dict[bytes, TagBlock] = {}
+
+    @property
+    def carries_time(self) -> bool:
+        """Whether a time waits for the next sentence."""
+        return self._tag is not None or self._pghp is not None
 
     def read(self, line: bytes, arrival: datetime | None) -> list[Sentence]:
         """Return the line's good sentences; `arrival` is the time of last resort."""

@@ -16,7 +16,8 @@ from typing import NamedTuple
 EARLIEST = datetime(2000, 1, 1, tzinfo=UTC)  # AIS was not carried before
 DISTANT = datetime(2100, 1, 1, tzinfo=UTC)
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-_FIRST_MILLISECONDS = 100_000_000_000  # as seconds this would be the year 5138
+_MICROSECOND = timedelta(microseconds=1)
+FIRST_MILLISECONDS = 100_000_000_000  # as seconds this would be the year 5138
 
 _TAG_BLOCK = re.compile(rb"\\([^\\*]*)\*([0-9A-Fa-f]{2})\\")
 _GROUP = re.compile(rb"\d+-\d+-(\d+)")
@@ -43,6 +44,16 @@ def xor_checksum(body: bytes) -> int:
         folded ^= folded >> half_bits
         half_bits >>= 1
     return folded & 0xFF
+
+
+def epoch_us(moment: datetime) -> int:
+    """Return a moment as microseconds since 1970 in UTC."""
+    return (moment - _EPOCH) // _MICROSECOND
+
+
+def moment_of(us: int) -> datetime:
+    """Return the moment so many microseconds after 1970 began, aware UTC."""
+    return _EPOCH + us * _MICROSECOND
 
 
 class TagBlock(NamedTuple):
@@ -135,7 +146,7 @@ class TimeReader:
         if not whole.isdigit() or len(whole) > 14 or not (fraction.isdigit() or not fraction):
             return None
         count = int(whole)
-        if count >= _FIRST_MILLISECONDS:
+        if count >= FIRST_MILLISECONDS:
             span = timedelta(milliseconds=count)
         else:
             span = timedelta(seconds=count, microseconds=int(fraction[:6].ljust(6, b"0")))

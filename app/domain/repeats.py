@@ -4,9 +4,12 @@ Two thirds of a merged recording can be repeats. They say nothing new, yet taken
 would make a vessel look as if it stood still between two of its positions.
 """
 
-from datetime import datetime, timedelta
+from collections.abc import Iterable
+from datetime import datetime
 
-_REPEAT_WINDOW = timedelta(seconds=30)
+from app.domain.nmea_times import epoch_us
+
+_REPEAT_WINDOW_US = 30_000_000
 _MOST_REMEMBERED = 50_000  # payloads in each of two generations, some 20 MB in all
 
 
@@ -18,15 +21,23 @@ class RepeatFilter:
     """
 
     def __init__(self) -> None:
-        self._young: dict[bytes, datetime] = {}
-        self._old: dict[bytes, datetime] = {}
+        self._young: dict[bytes, int] = {}  # when each was taken, us since 1970
+        self._old: dict[bytes, int] = {}
 
     def is_repeat(self, payload: bytes, received_at: datetime) -> bool:
         """Return whether the same payload was taken within 30 s; if not, take it."""
-        seen = self._young.get(payload) or self._old.get(payload)
-        if seen is not None and abs(received_at - seen) <= _REPEAT_WINDOW:
-            return True
-        if len(self._young) >= _MOST_REMEMBERED:
-            self._old, self._young = self._young, {}
-        self._young[payload] = received_at
-        return False
+        return not self.first_heard((payload,), (epoch_us(received_at),))[0]
+
+    def first_heard(self, payloads: Iterable[bytes], received_us: Iterable[int]) -> list[bool]:
+        """Return which payloads are no repeats, one after another; these are taken."""
+        first = []
+        for payload, at_us in zip(payloads, received_us, strict=True):
+            taken_us = self._young.get(payload) or self._old.get(payload)
+            if taken_us is not None and abs(at_us - taken_us) <= _REPEAT_WINDOW_US:
+                first.append(False)
+                continue
+            if len(self._young) >= _MOST_REMEMBERED:
+                self._old, self._young = self._young, {}
+            self._young[payload] = at_us
+            first.append(True)
+        return first

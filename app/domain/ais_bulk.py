@@ -1,0 +1,138 @@
+"""Position payloads by the thousand: the fields of many messages at once, as columns.
+
+`ais_payload` reads one message; here numpy reads the same bits of thousands of messages in one
+step. What a raw number means is not said a second time: tables filled by the functions of `ais`
+translate speeds, courses, headings and rates of turn. Only what is usable becomes a row. The rest
+(no position, not a vessel) is for `ais_payload`, which knows its bucket.
+
+Source: ITU-R M.1371-5, Annex 8 (tables 48, 70); bit offsets count from 0.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from app.domain import ais
+from app.domain.arrays import FloatArray
+
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+ObjectArray = npt.NDArray[np.object_]
+
+POSITION_LETTERS = 28  # 168 bits: types 1, 2, 3 and 18 alike
+POSITION_TYPES = b"123B"  # as their armoured first letter has them
+
+_SIX_BITS = np.zeros(256, dtype=np.int64)
+_SIX_BITS[48:88], _SIX_BITS[96:120] = np.arange(40), np.arange(40, 64)
+_CLASS_B = 18
+_NO_TURN = 128
+
+
+@dataclass(frozen=True, slots=True)
+class PositionTable:
+    """Position reports of messages 1, 2, 3 and 18: the fields of `PositionReport` as columns.
+
+    `fix_us` and `received_us` are microseconds since 1970 in UTC. Columns of objects hold what
+    the fields of `PositionReport` do: numbers or None, a letter, a source.
+    """
+
+    mmsi: IntArray
+    fix_us: IntArray
+    received_us: IntArray
+    lat_deg: FloatArray
+    lon_deg: FloatArray
+    sog_kn: ObjectArray
+    cog_deg: ObjectArray
+    heading_deg: ObjectArray
+    rot_deg_min: ObjectArray
+    message_type: IntArray
+    ais_class: ObjectArray
+    high_accuracy: BoolArray
+    fix_time_source: ObjectArray
+
+    def __len__(self) -> int:
+        return int(self.mmsi.size)
+
+
+class PositionBits:
+    """Many position payloads; `usable` tells which are a vessel's and have a place."""
+
+    def __init__(self, payloads: Sequence[bytes]) -> None:
+        """Take payloads of `POSITION_LETTERS` letters that begin with one of `POSITION_TYPES`."""
+        letters = np.frombuffer(b"".join(payloads), dtype=np.uint8)
+        self._letters = _SIX_BITS[letters.reshape(-1, POSITION_LETTERS).T]
+        self._is_b = self._letters[0] == _CLASS_B
+        self._mmsi = self._bits(8, 30)
+        self._lon = _signed(self._motion(11, 28), 28)
+        self._lat = _signed(self._motion(39, 27), 27)
+        is_vessel = _within(self._mmsi, ais.SHIP_MMSI) | _within(self._mmsi, ais.AUXILIARY_MMSI)
+        has_place = _within(self._lat, ais.LATITUDES) & _within(self._lon, ais.LONGITUDES)
+        self.usable: BoolArray = is_vessel & has_place
+
+    def table(self, chosen: IntArray, received_us: IntArray) -> PositionTable:
+        """Return the chosen payloads' reports; `received_us` belongs to the chosen."""
+        fix_us, source = fix_times(received_us, self._motion(87, 6)[chosen])
+        is_b = self._is_b[chosen]
+        return PositionTable(
+            mmsi=self._mmsi[chosen],
+            fix_us=fix_us,
+            received_us=received_us,
+            lat_deg=self._lat[chosen] / ais.UNITS_PER_DEG,
+            lon_deg=self._lon[chosen] / ais.UNITS_PER_DEG,
+            sog_kn=_SPEEDS[self._motion(0, 10)[chosen]],
+            cog_deg=_COURSES[self._motion(66, 12)[chosen]],
+            heading_deg=_HEADINGS[self._motion(78, 9)[chosen]],
+            rot_deg_min=_TURNS[np.where(is_b, _NO_TURN, self._bits(42, 8)[chosen])],
+            message_type=self._letters[0][chosen],
+            ais_class=_CLASSES[is_b.astype(np.int64)],
+            high_accuracy=self._motion(10, 1)[chosen].astype(np.bool_),
+            fix_time_source=source,
+        )
+
+    def _motion(self, start: int, width: int) -> IntArray:
+        """Read of the bits from speed to UTC second, which class B has four bits earlier."""
+        return np.where(self._is_b, self._bits(46 + start, width), self._bits(50 + start, width))
+
+    def _bits(self, start: int, width: int) -> IntArray:
+        first, end = start // 6, -(-(start + width) // 6)
+        value: IntArray = self._letters[first]
+        for at in range(first + 1, end):
+            value = value << 6 | self._letters[at]
+        return value >> (6 * end - start - width) & ((1 << width) - 1)
+
+
+def fix_times(received_us: IntArray, utc_second: IntArray) -> tuple[IntArray, ObjectArray]:
+    """Return the moments of fixes, us since 1970, and their sources: `ais.fix_time` by column."""
+    lag = (received_us % ais.MINUTE_US - utc_second * 1_000_000) % ais.MINUTE_US
+    lag = np.where(lag >= ais.MINUTE_US + ais.EARLIEST_LAG_US, lag - ais.MINUTE_US, lag)
+    source = np.where(lag > ais.PROMPT_LAG_US, 2, 0)
+    source = np.where(utc_second > ais.LAST_UTC_SECOND, 1, source)
+    return received_us - np.where(source == 0, lag, 0), _SOURCES[source]
+
+
+def _within(values: IntArray, bounds: range) -> BoolArray:
+    within: BoolArray = (values >= bounds.start) & (values < bounds.stop)
+    return within
+
+
+def _signed(value: IntArray, width: int) -> IntArray:
+    sign = 1 << (width - 1)
+    signed: IntArray = (value ^ sign) - sign
+    return signed
+
+
+def _meanings(meaning: Callable[[int], object], raws: Sequence[int]) -> ObjectArray:
+    return np.array([meaning(raw) for raw in raws], dtype=np.object_)
+
+
+_SPEEDS = _meanings(ais.speed_kn, range(1 << 10))
+_COURSES = _meanings(ais.course_deg, range(1 << 12))
+_HEADINGS = _meanings(ais.heading_deg, range(1 << 9))
+_TURNS = _meanings(ais.rate_of_turn_deg_min, [*range(128), *range(-128, 0)])
+_CLASSES = np.array(["A", "B"], dtype=np.object_)
+_SOURCES = _meanings(
+    [ais.FixTimeSource.PROMPT, ais.FixTimeSource.RECEIVED, ais.FixTimeSource.DOUBTFUL].__getitem__,
+    range(3),
+)
