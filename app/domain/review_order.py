@@ -10,10 +10,13 @@ from random import Random
 from typing import TypeVar
 
 Unit = TypeVar("Unit")
-# What a flag adds, in units of the matching cost's maximum: each says that a pull was missing.
+# What a flag adds, in units of the matching cost's maximum: each says that a pull was missing, or
+# that AIS is to be doubted.
 FLAG_DOUBT = 0.25
 GRAVE_FLAG_DOUBT = 1.0
-GRAVE_FLAGS = frozenset({"no_height", "no_length", "no_width", "cut_bottom"})
+GRAVE_FLAGS = frozenset(
+    {"no_height", "no_length", "no_width", "cut_bottom", "jump", "two_places", "impossible_speed"}
+)
 
 
 def shuffled(units: Sequence[Unit], seed: int, sample: int | None = None) -> list[Unit]:

@@ -9,12 +9,24 @@ const FLAGS: ReadonlyMap<string, string> = new Map([
   ["no_length", "AIS gives no length"],
   ["no_width", "AIS gives no width"],
   ["no_height", "No height: the detection ends below the water plane"],
+  ["heading_not_reported", "AIS gives no heading: see where this one is from"],
+  ["later_size", "AIS gave its size only after the image"],
+  ["antenna_unknown", "AIS does not say where the antenna stands: put amidships"],
+  ["size_at_least", "Larger than AIS can say"],
+  ["auxiliary_craft", "A boat or tender of another ship"],
+  ["jump", "Its AIS position jumped"],
+  ["two_places", "Two vessels seem to use its MMSI"],
+  ["impossible_speed", "AIS says it is faster than anything afloat"],
+  ["far_away", "Its AIS position is far from this site"],
+  ["doubtful_time", "The time of its AIS position is doubtful"],
+  ["receiver_clock", "The AIS receiver's clock seems wrong"],
 ]);
 
 const HEADING_SOURCES: ReadonlyMap<string, string> = new Map([
   ["reported", "from its gyro or compass"],
   ["course", "from its course over ground"],
   ["held", "held from when it last moved"],
+  ["track", "from where it went"],
 ]);
 
 /** Why a vessel known from AIS has no box. */
