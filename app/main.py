@@ -30,6 +30,7 @@ from app.feeds import router as feeds
 from app.guideline import pages as guideline_pages
 from app.guideline import router as guideline
 from app.guideline import set_pages as calibration_set_pages
+from app.home import pages as home_pages
 from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
 from app.imports import router as imports
@@ -74,6 +75,7 @@ REST = (
     exports,
 )
 PAGES = (
+    home_pages,
     auth_pages,
     admin_pages,
     site_pages,

@@ -26,12 +26,6 @@ NOTICES = {
 }
 
 
-@router.get("/", dependencies=[Depends(public)])
-def show_home(request: Request) -> Response:
-    """Lead to the sites, or to the sign-in page."""
-    return RedirectResponse("/sites" if access_of(request) else SIGN_IN, status_code=303)
-
-
 @router.get(SIGN_IN, dependencies=[Depends(public)])
 def show_sign_in(
     request: Request, destination: Annotated[str, Query(alias="next")] = "/"

@@ -94,10 +94,10 @@ def installation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installat
     def start_worker() -> WorkerProcess:
         return WorkerProcess(settings, folder / "worker.log")
 
-    with _serving(settings, folder / "server.log") as url:
+    with serving(settings, folder / "server.log") as url:
         workers = [start_worker()]
         try:
-            wait_until(lambda: _answers(f"{url}/readyz"), what="a server with a worker")
+            wait_until(lambda: answers(f"{url}/readyz"), what="a server with a worker")
             wait_until(lambda: _has_detector(database), what="a detector that was tried")
             yield Installation(url, database, harbour, start_worker, workers)
         finally:
@@ -110,7 +110,7 @@ def _say_nothing(_text: str, *, fleeting: bool = False) -> None:
 
 
 @contextmanager
-def _serving(settings: Settings, log: Path) -> Iterator[str]:
+def serving(settings: Settings, log: Path) -> Iterator[str]:
     """Run `quaymark serve` on a free port; gives its address."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -135,7 +135,8 @@ def _serving(settings: Settings, log: Path) -> Iterator[str]:
         process.wait(20)
 
 
-def _answers(url: str) -> bool:
+def answers(url: str) -> bool:
+    """Whether an address answers 200."""
     try:
         with urllib.request.urlopen(url, timeout=2) as answer:  # noqa: S310  our own address
             return answer.status == 200
