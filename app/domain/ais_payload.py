@@ -8,13 +8,21 @@ plausible, wrong latitude.
 Source: ITU-R M.1371-5, Annex 8 (tables 48, 52, 70, 71, 79, 80); bit offsets count from 0.
 """
 
+from base64 import b64encode
 from collections.abc import Callable
 from datetime import datetime
+from string import ascii_lowercase, ascii_uppercase, digits
 
 from pyais.bit_vector import int_bit_vector
 
 from app.domain import ais
 from app.domain.accounting import MessageReject
+
+# From base64 to the six-bit letters of table 47: `@A..Z[\\]^_ !..?`.
+_SIX_BIT_LETTERS = bytes.maketrans(
+    (ascii_uppercase + ascii_lowercase + digits + "+/").encode(),
+    bytes([*range(64, 96), *range(32, 64)]),
+)
 
 Reports = tuple[ais.PositionReport | ais.StaticReport, ...]
 
@@ -69,7 +77,7 @@ def _class_b_extended(bits: int_bit_vector, mmsi: int, received_at: datetime | N
         bits,
         mmsi,
         position.received_at,
-        name=bits.get_str(143, 120),
+        name=_text(bits, 143, 120),
         ship_type=bits.get(263, 8),
         size_at=271,
     )
@@ -84,8 +92,8 @@ def _voyage(bits: int_bit_vector, mmsi: int, received_at: datetime | None) -> Re
             mmsi,
             _known(received_at),
             imo=bits.get(40, 30),
-            callsign=bits.get_str(70, 42),
-            name=bits.get_str(112, 120),
+            callsign=_text(bits, 70, 42),
+            name=_text(bits, 112, 120),
             ship_type=bits.get(232, 8),
             size_at=240,
         ),
@@ -96,7 +104,7 @@ def _static_parts(bits: int_bit_vector, mmsi: int, received_at: datetime | None)
     """Type 24: part A is a name; part B the rest, or an auxiliary craft's mother ship."""
     part = bits.get(38, 2)
     if part == 0:
-        return (_static(bits, mmsi, _known(received_at), name=bits.get_str(40, 120)),)
+        return (_static(bits, mmsi, _known(received_at), name=_text(bits, 40, 120)),)
     if part != 1:
         return None
     if len(bits) < 168:
@@ -108,7 +116,7 @@ def _static_parts(bits: int_bit_vector, mmsi: int, received_at: datetime | None)
             mmsi,
             _known(received_at),
             ship_type=bits.get(40, 8),
-            callsign=bits.get_str(90, 42),
+            callsign=_text(bits, 90, 42),
             size_at=None if is_auxiliary else 132,
             mothership_mmsi=bits.get(132, 30) if is_auxiliary else 0,
         ),
@@ -153,6 +161,14 @@ def _signed(value: int, width: int) -> int:
     """Return the lowest `width` bits as a two's complement number."""
     sign = 1 << (width - 1)
     return ((value & (2 * sign - 1)) ^ sign) - sign
+
+
+def _text(bits: int_bit_vector, start: int, width: int) -> str:
+    """Read six-bit text through base64, whose letters have six bits too: faster than a loop."""
+    spare = -width % 24
+    run = bits.get(start, width) << spare
+    letters = b64encode(run.to_bytes((width + spare) // 8)).translate(_SIX_BIT_LETTERS)
+    return letters[: width // 6].decode("ascii")
 
 
 def _static(
