@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 from math import cos, radians, sin
+from operator import attrgetter
 
 from app.domain.ais import AUXILIARY_MMSI, MPS_PER_KN, PositionReport, StaticReport
 from app.domain.plausibility import Doubt, doubt_of_one
@@ -26,6 +27,10 @@ from app.domain.vessel_state import HeadingSource, StateFlag, TrackMethod, Vesse
 from app.domain.vessel_statics import Hull, KnownHull, hull_at
 
 __all__ = ["MPS_PER_KN", "NoState", "TrackMethod", "TrackSettings", "state_at"]
+
+
+_FIX_TIME = attrgetter("fix_time")
+_ORDER = attrgetter("fix_time", "received_at")
 
 
 class NoState(StrEnum):
@@ -67,8 +72,8 @@ def state_at(
     """
     if len({report.mmsi for report in reports}) > 1:
         raise ValueError("reports of several MMSI: a state is one vessel's, group them first")
-    ordered = sorted(reports, key=lambda report: (report.fix_time, report.received_at))
-    count_before = bisect_right(ordered, at, key=lambda report: report.fix_time)
+    ordered = sorted(reports, key=_ORDER)
+    count_before = bisect_right(ordered, at, key=_FIX_TIME)
     before, after = ordered[:count_before], ordered[count_before:]
     if not before:
         return NoState.NO_REPORT

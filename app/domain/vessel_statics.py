@@ -81,12 +81,12 @@ def hull_at(statics: Sequence[StaticReport], at: datetime) -> KnownHull | None:
     """
     latest: StaticReport | None = None
     following: StaticReport | None = None
-    for report in statics:
+    for report in reversed(statics):  # mostly oldest first: then the first to fit is the latest
         said_at = report.received_at
         if said_at > at:
-            if (following is None or said_at < following.received_at) and hull_of(report):
+            if (following is None or said_at <= following.received_at) and _has_hull(report):
                 following = report
-        elif (latest is None or said_at >= latest.received_at) and hull_of(report):
+        elif (latest is None or said_at > latest.received_at) and _has_hull(report):
             latest = report
     used = latest or following
     hull = None if used is None else hull_of(used)
@@ -111,3 +111,9 @@ def hull_of(report: StaticReport) -> Hull | None:
         half_length_m, half_width_m = length_m / 2, width_m / 2
         return Hull(half_length_m, half_length_m, half_width_m, half_width_m, True, at_least)
     return Hull(to_bow_m, to_stern_m, to_port_m, to_starboard_m, is_at_least=at_least)
+
+
+def _has_hull(report: StaticReport) -> bool:
+    """Whether `hull_of` finds one, without making it."""
+    sides = (report.to_bow_m, report.to_stern_m, report.to_port_m, report.to_starboard_m)
+    return None not in sides and any(sides[:2]) and any(sides[2:])
