@@ -11,10 +11,10 @@ from tests.worker_process import wait_until
 FIRST_MMSI = 211_000_000
 
 
-def position_lines(count: int, first: int = 0) -> list[bytes]:
-    """Return that many position reports, each of another vessel."""
+def position_lines(count: int, first: int = 0, tag: str = "") -> list[bytes]:
+    """Return that many position reports, each of another vessel, by default without a time."""
     return [
-        encoded(POSITION, mmsi=FIRST_MMSI + number, second=60)[0].encode() + b"\r\n"
+        f"{tag}{encoded(POSITION, mmsi=FIRST_MMSI + number, second=60)[0]}\r\n".encode()
         for number in range(first, first + count)
     ]
 

@@ -5,17 +5,18 @@ often hear the same transmission in the same second, so their writers take turns
 by site; on SQLite every writer does.
 """
 
-from collections.abc import Iterable
-from datetime import timedelta
+from collections.abc import Iterable, Iterator
+from datetime import datetime, timedelta
 from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
+from app.domain.ais import FixTimeSource
 from app.tables.ais import AisPosition, AisStatic
 
 _LIVE_LOCK = 0x4149_5302  # "AIS": any number of ours that no other lock has
-# A static report that says nothing new within this time is the same transmission heard again.
+# What says nothing new within this time is the same transmission heard again.
 _REPEAT_WINDOW = timedelta(seconds=30)
 
 _POSITION_COLUMNS = (
@@ -36,6 +37,7 @@ _POSITION_COLUMNS = (
     AisPosition.fix_time_source,
     AisPosition.cell,
 )
+_MOVES = (AisPosition.sog_kn, AisPosition.cog_deg, AisPosition.heading_deg)
 _SAID = (
     AisStatic.name,
     AisStatic.callsign,
@@ -64,10 +66,21 @@ def take_turns(session: Session, site_id: int) -> None:
 
 
 def add_positions(session: Session, rows: list[dict[str, Any]]) -> int:
-    """Add positions, by column name; return how many fixes were not known."""
+    """Add positions, by column name; return how many fixes were not known.
+
+    Where a message has no UTC second its fix is as old as its arrival, which differs from receiver
+    to receiver; the same report within the window is the same transmission.
+    """
+    for row in rows:
+        is_timed = row["fix_time_source"] != FixTimeSource.RECEIVED
+        _add_window(row, row["fix_time"], timedelta() if is_timed else _REPEAT_WINDOW)
     known = sa.exists().where(
         AisPosition.mmsi == _given(AisPosition.mmsi),
-        AisPosition.fix_time == _given(AisPosition.fix_time),
+        *_within_window(AisPosition.fix_time),
+        sa.or_(
+            AisPosition.fix_time == _given(AisPosition.fix_time),
+            sa.and_(*(column.is_not_distinct_from(_given(column)) for column in _MOVES)),
+        ),
         AisPosition.lat_deg == _given(AisPosition.lat_deg),
         AisPosition.lon_deg == _given(AisPosition.lon_deg),
         AisPosition.site_id == _given(AisPosition.site_id),
@@ -78,17 +91,23 @@ def add_positions(session: Session, rows: list[dict[str, Any]]) -> int:
 def add_statics(session: Session, rows: list[dict[str, Any]]) -> int:
     """Add static reports, by column name; return how many were no repeats."""
     for row in rows:
-        row["earliest"] = row["received_at"] - _REPEAT_WINDOW
-        row["latest"] = row["received_at"] + _REPEAT_WINDOW
-    moment = AisStatic.received_at.type
+        _add_window(row, row["received_at"], _REPEAT_WINDOW)
     known = sa.exists().where(
         AisStatic.mmsi == _given(AisStatic.mmsi),
-        AisStatic.received_at >= sa.bindparam("earliest", type_=moment),
-        AisStatic.received_at <= sa.bindparam("latest", type_=moment),
+        *_within_window(AisStatic.received_at),
         AisStatic.site_id == _given(AisStatic.site_id),
         *(column.is_not_distinct_from(_given(column)) for column in _SAID),
     )
     return _insert(session, AisStatic, _STATIC_COLUMNS, known, rows)
+
+
+def _add_window(row: dict[str, Any], moment: datetime, reach: timedelta) -> None:
+    row["earliest"], row["latest"] = moment - reach, moment + reach
+
+
+def _within_window(moment: InstrumentedAttribute[datetime]) -> Iterator[sa.ColumnElement[bool]]:
+    yield moment >= sa.bindparam("earliest", type_=moment.type)
+    yield moment <= sa.bindparam("latest", type_=moment.type)
 
 
 def _insert(
