@@ -2,8 +2,9 @@
 
 Each prompt report of a moving vessel is left out and estimated from the others. Dead reckoning
 starts from the latest report at least as old as the row says. Hermite has the reports just before
-and after, nothing else left out, and falls into the row of the earlier one's age. `spec` is what
-was measured before Quaymark was built.
+and after, nothing else left out, and falls into the row of the earlier one's age: where Danish
+traffic falls silent for over a minute there are two dozen of these, and their 95 % says little.
+`spec` is what was measured before Quaymark was built.
 
 Honesty: squared errors in units of the state's covariance have a median of 1.39 if the covariance
 is right, and 68 and 95 % of them lie within its ellipses. Held-out reports share most of the
@@ -90,10 +91,11 @@ def errors(
 ) -> Iterator[Error]:
     """Yield the errors of all held-out reports in a row."""
     settings = TrackSettings(method, max_age_s=float(ages_s[1]))
+    with_headings = any(report.heading_deg is not None for track in tracks for report in track)
     for track in tracks:
         for target, reports in held_out(track, method, ages_s):
             start = reports[-1] if len(reports) < 3 else reports[-2]
-            if start.heading_deg is None:
+            if with_headings and start.heading_deg is None:
                 continue  # the same reports for all methods
             state = state_at(reports, [], target.fix_time, settings)
             if isinstance(state, VesselState):
