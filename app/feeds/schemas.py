@@ -69,6 +69,8 @@ class FeedIn(Request):
 
     @model_validator(mode="after")
     def _fits_its_kind(self) -> Self:
+        if self.kind is FeedKind.TCP and "host" not in self.model_fields_set:
+            raise ValueError("a TCP feed needs the host to connect to")
         check_kind(self.kind, self.host, self.allowed_senders)
         return self
 
