@@ -18,6 +18,7 @@ from app.config import Settings
 from app.db import Database, now
 from app.dependencies import DatabaseDep, SettingsDep
 from app.errors import NotFound
+from app.feeds import metrics as feeds
 from app.operation.repository import count_workers_seen
 
 WORKER_SEEN_WITHIN = timedelta(seconds=15)
@@ -64,7 +65,11 @@ def metrics(request: Request, settings: SettingsDep, database: DatabaseDep) -> R
     """Give the figures in the Prometheus text format; 404 to strangers."""
     if not _may_see_metrics(request, settings):
         raise NotFound("metrics are for allow-listed addresses and the metrics token")
-    _workers.set(_count_fresh_workers(database) or 0)
+    workers = _count_fresh_workers(database)
+    _workers.set(workers or 0)
+    if workers is not None:
+        with database.reading() as session:
+            feeds.observe(session)
     return Response(generate_latest(REGISTRY), media_type=CONTENT_TYPE_LATEST)
 
 

@@ -26,6 +26,7 @@ from app.evaluation import projection_router as projection_table
 from app.evaluation import router as evaluation
 from app.exports import pages as export_pages
 from app.exports import router as exports
+from app.feeds import pages as feed_pages
 from app.feeds import router as feeds
 from app.guideline import pages as guideline_pages
 from app.guideline import router as guideline
@@ -86,6 +87,7 @@ PAGES = (
     registration_editor,
     imagery_pages,
     ais_pages,
+    feed_pages,
     detector_pages,
     run_pages,
     review_pages,

@@ -8,6 +8,7 @@ from fastapi.responses import RedirectResponse
 from app.auth.access import Access, Scope, allowed
 from app.db import Database
 from app.dependencies import DatabaseDep, SessionDep
+from app.feeds import service as feeds
 from app.forms import ENTRY_ERRORS, Form, Submitted, check_version, parse, rejected
 from app.imagery import service as imagery
 from app.paging import Paging
@@ -40,6 +41,7 @@ def show_sites(request: Request, session: SessionDep, access: Reader) -> Respons
         request,
         "sites/list.html",
         sites=sites,
+        alarms=feeds.alarms(session, access.site_ids(Scope.READ)),
         counts=service.site_counts(session, [site.id for site in sites]),
         may_create=access.may(Scope.REGISTER, None),
     )
@@ -84,6 +86,7 @@ def show_site(request: Request, site_id: int, session: SessionDep, access: Reade
         crumbs=[SITES, {"label": site.name}],
         site=site,
         cameras=[(camera, images.get(camera.id, NO_IMAGES)) for camera in cameras],
+        feeds=feeds.list_views(session, readable, site_id=site.id)[0],
         lines=lines,
         counts=counts,
         step=next_step(site, counts, cameras, lines),
