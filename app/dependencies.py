@@ -13,10 +13,10 @@ from fastapi import Depends, Query, Request
 from fastapi.concurrency import run_in_threadpool
 from sqlalchemy.orm import Session
 
-from app.auth.access import access_of
+from app.auth.access import Access, Scope, access_of
 from app.config import Settings
 from app.db import Database
-from app.identities.service import read_by
+from app.identities.service import NOTHING, Reader, read_by
 from app.jobs import JobClient
 from app.paging import Page, Paging, decode_cursor, fetch_page
 from app.storage import Storage
@@ -31,6 +31,7 @@ __all__ = [
     "SettingsDep",
     "StorageDep",
     "fetch_page",
+    "reader_of",
 ]
 
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
@@ -63,11 +64,18 @@ StorageDep = Annotated[Storage, Depends(_storage)]
 JobsDep = Annotated[JobClient, Depends(_jobs)]
 
 
+def reader_of(access: Access | None) -> Reader:
+    """Return who reads for a caller: identities of vessels are for those who may ingest."""
+    if access is None:
+        return NOTHING
+    return Reader(access.site_ids(Scope.READ), access.site_ids(Scope.INGEST))
+
+
 async def _session(request: Request, database: DatabaseDep) -> AsyncIterator[Session]:
     # Nothing touches the database before the route's first statement, in the route's own thread.
     writes = request.method not in SAFE_METHODS
     session = database.session(writes=writes)
-    read_by(session, access_of(request))
+    read_by(session, reader_of(access_of(request)))
     if writes:
         request.state.session = session  # for what is stored with the answer (idempotency)
     try:

@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from app import apidocs, health, problems
 from app.admin import pages as admin_pages
 from app.admin import router as admin
+from app.ais import map_router as ais_map
 from app.ais import pages as ais_pages
 from app.ais import router as ais
 from app.auth import pages as auth_pages
@@ -66,6 +67,7 @@ REST = (
     imagery,
     imports,
     ais,
+    ais_map,
     feeds,
     detectors,
     runs,

@@ -1,4 +1,4 @@
-"""Pages of AIS: recordings with what became of every line, vessels, one vessel's track."""
+"""Pages of AIS: recordings with what became of every line, and the vessels they speak of."""
 
 from typing import Annotated
 
@@ -6,12 +6,15 @@ from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 from fastapi.responses import RedirectResponse
 from sqlalchemy.orm import Session
 
-from app.ais import actions, service
-from app.ais.drawing import HEIGHT_PX, WIDTH_PX, draw
+from app.ais import actions, map_pages, service, vessel_pages
 from app.ais.ship_types import ship_type_name
+from app.ais.vessel_list import listed
+from app.ais.vessel_schemas import VesselOut
 from app.auth.access import Access, Scope, allowed
-from app.dependencies import DatabaseDep, SessionDep, SettingsDep, StorageDep
+from app.dependencies import DatabaseDep, SessionDep, SettingsDep, StorageDep, reader_of
 from app.errors import AppError
+from app.identities import service as identities
+from app.ids import RowId
 from app.paging import Paging, decode_cursor
 from app.sites import service as sites
 from app.tables.ais import AisFile
@@ -19,11 +22,12 @@ from app.tables.sites import Site
 from app.templating import page
 
 router = APIRouter()
+for part in (vessel_pages, map_pages):
+    router.include_router(part.router)
 Reader = Annotated[Access, allowed(Scope.READ)]
 Operator = Annotated[Access, allowed(Scope.INGEST)]
 FILES_SHOWN = 50
 VESSELS_SHOWN = 50
-REPORTS_SHOWN = 25
 ALL_SITES = ""
 
 
@@ -35,78 +39,67 @@ def show_ais(
     q: Annotated[str, Query(max_length=100)] = "",
     cursor: Annotated[str | None, Query(max_length=64)] = None,
     imported: int | None = None,
+    seen_from: RowId | None = None,
 ) -> Response:
     """Show recordings and vessels."""
     flashes = []
     if imported is not None:
         file = service.get_file(session, access.site_ids(Scope.READ), imported)
-        flashes.append({"message": _what_came(file), "tone": "success"})
-    return _page(request, session, access, search=q, cursor=cursor, flashes=flashes)
+        flashes.append({"message": _what_came(session, file), "tone": "success"})
+    return _page(
+        request, session, access, search=q, cursor=cursor, seen_from=seen_from, flashes=flashes
+    )
 
 
 @router.post("/ais")
-def import_file(
+def send_file(
     request: Request,
     database: DatabaseDep,
-    session: SessionDep,
     storage: StorageDep,
     settings: SettingsDep,
     access: Operator,
     file: UploadFile,
     site_id: Annotated[str, Form()] = ALL_SITES,
 ) -> Response:
-    """Import a recording and show what became of it."""
+    """Keep a recording to be looked at; one that is here already is shown as it is."""
     wanted = int(site_id) if site_id.isascii() and site_id.isdigit() else None
     try:
-        imported = actions.import_upload(database, storage, settings, access, file, wanted)
+        staged = actions.stage_upload(database, storage, settings, access, file, wanted)
     except AppError as error:
-        session.rollback()
         with database.reading() as reading:
+            identities.read_by(reading, reader_of(access))
             refused = {
-                "message": f"{file.filename} was not imported: {error.detail}",
+                "message": f"{file.filename} was not taken: {error.detail}",
                 "tone": "error",
             }
             return _page(request, reading, access, site_id=site_id, error=error, flashes=[refused])
-    return RedirectResponse(f"/ais?imported={imported.file.id}", status_code=303)
+    if isinstance(staged, service.Imported):
+        return RedirectResponse(f"/ais?imported={staged.file.id}", status_code=303)
+    return RedirectResponse(f"/ais/uploads/{staged.id}", status_code=303)
 
 
 @router.get("/ais/files/{file_id:int}")
 def show_file(file_id: int, request: Request, session: SessionDep, access: Reader) -> Response:
     """Show a recording with its whole accounting."""
     file = service.get_file(session, access.site_ids(Scope.READ), file_id)
+    name = _name_of(session, file)
     return page(
         request,
         "ais/file.html",
-        crumbs=[{"label": "AIS", "href": "/ais"}, {"label": file.file_name}],
+        crumbs=[{"label": "AIS", "href": "/ais"}, {"label": name}],
         file=file,
+        name=name,
         site=sites.get_site(session, file.site_id) if file.site_id is not None else None,
+        may_see_rejected=access.may_anywhere(Scope.INGEST),
     )
 
 
-@router.get("/ais/vessels/{mmsi:int}")
-def show_vessel(mmsi: int, request: Request, session: SessionDep, access: Reader) -> Response:
-    """Show a vessel: what it says of itself, where it was."""
-    readable = access.site_ids(Scope.READ)
-    vessel = service.get_vessel(session, readable, mmsi)
-    track = service.track(session, readable, mmsi, None, None)
-    statics = service.latest_statics(session, readable, mmsi, REPORTS_SHOWN)
-    return page(
-        request,
-        "ais/vessel.html",
-        crumbs=[{"label": "AIS", "href": "/ais"}, {"label": vessel.name or str(mmsi)}],
-        vessel=vessel,
-        ship_type=ship_type_name(vessel.ship_type),
-        hull=next((static for static in statics if static.to_bow_m is not None), None),
-        positions=service.latest_positions(session, readable, mmsi, REPORTS_SHOWN),
-        track=track,
-        position_count=sum(map(len, track.pieces)),
-        drawing=draw(track),
-        width_px=WIDTH_PX,
-        height_px=HEIGHT_PX,
-    )
+def _name_of(session: Session, file: AisFile) -> str:
+    """Return what a recording is called: its file's name, unless that may tell a vessel."""
+    return identities.at_site(session, file.site_id).name(file.file_name) or f"Recording {file.id}"
 
 
-def _what_came(file: AisFile) -> str:
+def _what_came(session: Session, file: AisFile) -> str:
     counts = file.accounting["messages"]
     parts = (
         (counts["positions"], "new position"),
@@ -114,7 +107,7 @@ def _what_came(file: AisFile) -> str:
         (file.accounting["vessels"], "vessel"),
     )
     told = ", ".join(f"{count:,} {noun}{'' if count == 1 else 's'}" for count, noun in parts)
-    return f"{file.file_name}: {told}."
+    return f"{_name_of(session, file)}: {told}."
 
 
 def _page(
@@ -124,25 +117,37 @@ def _page(
     *,
     search: str = "",
     cursor: str | None = None,
+    seen_from: int | None = None,
     site_id: str = ALL_SITES,
     error: AppError | None = None,
     flashes: list[dict[str, str]] | None = None,
 ) -> Response:
     readable = access.site_ids(Scope.READ)
     paging = Paging(limit=VESSELS_SHOWN, after=decode_cursor(cursor) if cursor else None)
-    vessels, next_cursor = service.list_vessels(session, readable, paging, search)
+    files = service.newest_files(session, readable, FILES_SHOWN)
+    if seen_from is not None:
+        access.require(Scope.READ, seen_from)
+    seen = identities.view(session, seen_from)
+    vessels, next_cursor = listed(session, seen, paging, search)
+    told = seen.identities
     errors = {part.field: part.message for part in (error.fields if error else ())}
     return page(
         request,
         "ais/index.html",
         status_code=error.status if error else 200,
         crumbs=[{"label": "AIS"}],
-        files=service.newest_files(session, readable, FILES_SHOWN),
+        files=files,
         site_names={site.id: site.name for site in _sites(session, readable)},
-        vessels=[(vessel, ship_type_name(vessel.ship_type)) for vessel in vessels],
+        vessels=[
+            (VesselOut.of(vessel, told), ship_type_name(vessel.ship_type)) for vessel in vessels
+        ],
+        pseudonyms=told.hidden,
+        seen_from=seen_from,
+        file_names={file.id: _name_of(session, file) for file in files},
         next_cursor=next_cursor,
         cursor=cursor,
         search=search,
+        uploads=uploads.waiting(session, access.site_ids(Scope.INGEST)),
         site_choices=_site_choices(session, access),
         site_id=site_id,
         errors=errors,

@@ -41,7 +41,8 @@ def file_of_content(session: Session, sha256: str, site_id: int | None) -> AisFi
     """Return the file with these bytes, imported for exactly this site (None: for all)."""
     statement = sa.select(AisFile).where(
         AisFile.is_whole,
-        AisFile.sha256 == sha256, sa.func.coalesce(AisFile.site_id, 0) == (site_id or 0)
+        AisFile.sha256 == sha256,
+        sa.func.coalesce(AisFile.site_id, 0) == (site_id or 0),
     )
     return session.scalar(statement)
 
@@ -115,6 +116,11 @@ def vessels(
             )
         )
     return fetch_page(session, statement, Vessel.mmsi, paging)
+
+
+def all_vessels(session: Session, readable: Readable) -> Sequence[Vessel]:
+    """Return all vessels that have a report the caller may read."""
+    return session.scalars(sa.select(Vessel).where(_heard(readable))).all()
 
 
 def vessel(session: Session, readable: Readable, mmsi: int) -> Vessel | None:

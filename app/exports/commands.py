@@ -75,7 +75,7 @@ def _write(here: "Installation", asked: "Export", out: Path) -> int:
     draft = out.with_name(f".{out.name}.{secrets.token_hex(8)}")
     try:
         with draft.open("xb") as target:
-            count = write_export(here.database, asked, here.settings.secret(), target)
+            count = write_export(here.database, asked, target)
             target.flush()
             os.fsync(target.fileno())
         draft.replace(out)

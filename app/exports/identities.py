@@ -1,17 +1,23 @@
 """Vessels' identities in an export: shown, or hidden behind pseudonyms.
 
-A pseudonym is a keyed hash, the same in every export of an installation, so that a vessel can be
-followed through a data set and not be traced from it. A file name may tell an identity too, and is
-then replaced by the photograph's own hash.
+A pseudonym is a keyed hash, the same in every export of a site and on its pages, so that a vessel
+can be followed through a data set and not be traced from it. A file name may tell an identity too,
+and is then replaced by the photograph's own hash. What stays is said in `REMAINS`.
 """
 
-import hashlib
-import hmac
 import re
 from collections.abc import Iterable
 from pathlib import PurePath
 from typing import Protocol
 
+from app.domain.pseudonyms import pseudonym
+
+REMAINS = (
+    "Without identities a file holds no MMSI, name, call sign, comment or person. It still holds "
+    "times, places, headings and sizes, photographs' SHA-256 and the names of files that tell no "
+    "vessel of the selection: whoever has an AIS archive of the same water can find vessels again "
+    "by time and place."
+)
 MMSI_DIGITS = 9
 SHORTEST_NAME = 3
 _DIGITS = re.compile(rf"[0-9]{{{MMSI_DIGITS},}}")
@@ -42,10 +48,10 @@ class Shown:
 
 
 class Hidden:
-    """Pseudonyms; `vessels` (MMSI, name) are those that no file name may tell."""
+    """A site's pseudonyms; `vessels` (MMSI, name) are those that no file name may tell."""
 
-    def __init__(self, secret: bytes, vessels: Iterable[tuple[int, str | None]]) -> None:
-        self._secret = secret
+    def __init__(self, key: bytes, vessels: Iterable[tuple[int, str | None]]) -> None:
+        self._key = key
         self._mmsis: set[str] = set()
         names: set[str] = set()
         for mmsi, name in vessels:
@@ -55,7 +61,7 @@ class Hidden:
 
     def vessel(self, mmsi: int) -> str:
         """Return the vessel's pseudonym."""
-        return pseudonym(mmsi, self._secret)
+        return pseudonym(mmsi, self._key)
 
     def file_name(self, name: str, sha256: str) -> str:
         """Return the name, or one made of the content where it tells a vessel."""
@@ -68,11 +74,6 @@ class Hidden:
                 return True
         letters = _letters(PurePath(name).stem)
         return any(vessel in letters for vessel in self._names)
-
-
-def pseudonym(mmsi: int, secret: bytes) -> str:
-    """Return a vessel's stable pseudonym in this installation; it does not lead back."""
-    return hmac.new(secret, f"vessel:{mmsi}".encode(), hashlib.sha256).hexdigest()[:16]
 
 
 def _letters(text: str) -> str:

@@ -11,6 +11,7 @@ from app.auth.audit import record
 from app.dependencies import JobsDep, SessionDep
 from app.exports import service
 from app.exports.filters import ExportFilters
+from app.exports.identities import REMAINS
 from app.exports.rights import exportable_sites, owner_filter
 from app.runs import service as runs
 from app.templating import page
@@ -81,5 +82,6 @@ def _page(
         runs=[(run.id, f"{runs.label(run)} ({progress.poses} poses)") for run, progress in newest],
         run_id=run_id,
         may_identify=access.may_anywhere(Scope.REVIEW),
+        remains=REMAINS,
         error=error,
     )

@@ -10,9 +10,13 @@ from app.auth.access import Access, Scope
 from app.errors import Forbidden, NotFound, looked_up_by
 from app.exports import service
 from app.exports.filters import ExportFilters
+from app.identities import service as identities
 from app.tables.exports import Export
 
-NAMES_NEED = "vessel identities (anonymise: false) need the role reviewer or above"
+NAMES_NEED = (
+    "vessel identities (anonymise: false) need the role reviewer or above; where a site shows "
+    "vessels as pseudonyms, the role operator"
+)
 
 
 def exportable_sites(
@@ -24,14 +28,17 @@ def exportable_sites(
     caller may not export, or not with identities.
     """
     scopes = _scopes(anonymise=anonymise)
+    hidden = frozenset() if anonymise else identities.hidden(session)
     for field, site_id in service.sites_of(session, filters):
         with looked_up_by(field):
             for scope in scopes:
                 access.require(scope, site_id)
+        if not anonymise and site_id in hidden:
+            raise Forbidden(NAMES_NEED)
     everywhere = [granted for scope in scopes if (granted := access.site_ids(scope)) is not None]
-    if not everywhere:
+    if not everywhere and not hidden:
         return None
-    sites = frozenset.intersection(*everywhere)
+    sites = frozenset.intersection(*(everywhere or [identities.all_sites(session)])) - hidden
     if not sites:
         raise Forbidden(NAMES_NEED)
     return sites
@@ -50,11 +57,13 @@ def owner_filter(access: Access) -> int | None:
     return None if access.is_admin else access.user_id
 
 
-def refuse_lost_rights(access: Access, export: Export) -> None:
+def refuse_lost_rights(session: Session, access: Access, export: Export) -> None:
     """Raise Forbidden where the caller may no longer export all that the file was selected from."""
     sites = export.site_ids if export.site_ids is not None else [None]
     scopes = _scopes(anonymise=export.anonymise)
-    if not all(access.may(scope, site_id) for scope in scopes for site_id in sites):
+    hidden = frozenset() if export.anonymise else identities.hidden(session)
+    of_hidden = hidden if export.site_ids is None else hidden & {*export.site_ids}
+    if of_hidden or not all(access.may(scope, site_id) for scope in scopes for site_id in sites):
         raise Forbidden("your rights are fewer than when you asked for this export; make a new one")
 
 

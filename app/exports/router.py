@@ -76,7 +76,7 @@ def download_export(
 ) -> Response:
     """Send an export's file; takes Range and If-None-Match."""
     export = own_export(session, access, export_id)
-    refuse_lost_rights(access, export)
+    refuse_lost_rights(session, access, export)
     if export.sha256 is None or export.size_bytes is None:
         raise Conflict(f"the export is {export.status.value}; download it once it has succeeded")
     _, media_type, suffix = service.WRITERS[export.format]

@@ -18,9 +18,10 @@ from app.db import Database, now
 from app.errors import Invalid, NotFound, looked_up_by
 from app.exports import repository
 from app.exports.filters import ExportFilters
-from app.exports.identities import Hidden, Identities, Shown
+from app.exports.identities import REMAINS, Hidden, Identities, Shown
 from app.exports.writers import coco, ndjson
 from app.exports.writers.records import ImageRecord, PoseRecord, ReviewRecord, Selection
+from app.identities import service as identities
 from app.jobs import JobClient, JobQueue
 from app.paging import Paging
 from app.runs import service as runs
@@ -108,19 +109,17 @@ def begin(session: Session, export_id: int) -> None:
     repository.set_status(session, export_id, ExportStatus.RUNNING)
 
 
-def make_file(
-    database: Database, storage: Storage, secret: bytes, export_id: int
-) -> tuple[Stored, int]:
+def make_file(database: Database, storage: Storage, export_id: int) -> tuple[Stored, int]:
     """Write an export's file into the store; returns its address and how many poses it has."""
     with database.reading() as session:
         export = get_export(session, export_id)
     with tempfile.SpooledTemporaryFile(IN_MEMORY_BYTES) as draft:
-        count = write_export(database, export, secret, draft)
+        count = write_export(database, export, draft)
         draft.seek(0)
         return storage.put_stream(draft), count
 
 
-def write_export(database: Database, export: Export, secret: bytes, target: IO[bytes]) -> int:
+def write_export(database: Database, export: Export, target: IO[bytes]) -> int:
     """Write an export's bytes, all of one moment; returns how many poses they hold."""
     filters = ExportFilters.model_validate(export.filters)
     poses = repository.PoseSelection(
@@ -137,20 +136,41 @@ def write_export(database: Database, export: Export, secret: bytes, target: IO[b
         selection = Selection(
             filters=dict(sorted(export.filters.items())),
             anonymised=export.anonymise,
+            remains=REMAINS if export.anonymise else None,
             runs=[_run(run) for run in chosen_runs],
             code_version=__version__,
             pose_count=poses.count(session),
         )
-        shown: Identities = Hidden(secret, poses.vessels(session)) if export.anonymise else Shown()
-        images = {image.id: _image(image, shown) for image in poses.images(session)}
+        told = _identities(session, export, chosen_runs, poses)
+        images = {image.id: _image(image, told[image.site_id]) for image in poses.images(session)}
         registrations = {run.id: run.registration_id for run in chosen_runs}
+        told_of = {run.id: told[run.site_id] for run in chosen_runs}
         records = (
-            _pose(pose, review, correction, images[pose.image_id], registrations, shown)
+            _pose(
+                pose,
+                review,
+                correction,
+                images[pose.image_id],
+                registrations,
+                told_of[pose.run_id],
+            )
             for pose, review, correction in poses.poses(session)
         )
         for chunk in WRITERS[export.format][0](list(images.values()), records, selection):
             target.write(chunk)
     return selection.pose_count
+
+
+def _identities(
+    session: Session, export: Export, chosen_runs: Sequence[Run], poses: repository.PoseSelection
+) -> Mapping[int, Identities]:
+    """Return by site how its vessels are told."""
+    site_ids = {run.site_id for run in chosen_runs}
+    if not export.anonymise:
+        return dict.fromkeys(site_ids, Shown())
+    vessels = poses.vessels(session)
+    keys = identities.keys(session, site_ids)
+    return {site_id: Hidden(key, vessels) for site_id, key in keys.items()}
 
 
 def finish(session: Session, export_id: int, stored: Stored, count: int) -> None:

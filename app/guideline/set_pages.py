@@ -14,6 +14,7 @@ from app.guideline import practice
 from app.guideline.drawing import draw_pose
 from app.guideline.practice import Judged
 from app.guideline.router import Operator, Reviewer, find_set
+from app.identities.shown import title_of
 from app.reviews import service as reviews
 from app.runs import service as runs
 from app.tables.reviews import Grade
@@ -125,7 +126,7 @@ def show_practice(
     if current is None:
         return RedirectResponse(f"/calibration-sets/{set_id}", status_code=303)
     shown = reviews.get_pose(session, current.judged.pose_id)
-    vessel = shown.vessel.name if shown.vessel else None
+    name = shown.told.name(shown.vessel.name) if shown.vessel else None
     return page(
         request,
         "guideline/practice.html",
@@ -138,7 +139,7 @@ def show_practice(
         result=result,
         current=current,
         told=just is not None,
-        drawing=draw_pose(shown.pose, vessel or f"MMSI {shown.pose.mmsi}"),
+        drawing=draw_pose(shown.pose, title_of(shown.told.vessel(shown.pose.mmsi), name)),
         pose=shown.pose,
     )
 

@@ -12,18 +12,14 @@ from app.tables.sites import Site
 def hiding_sites(session: Session) -> Mapping[int, bytes]:
     """Return the keys of the sites that show pseudonyms, by site."""
     rows = session.execute(
-        sa.select(Site.id, Site.pseudonym_key)
-        .where(Site.shows_pseudonyms)
-        .order_by(Site.id)
+        sa.select(Site.id, Site.pseudonym_key).where(Site.shows_pseudonyms).order_by(Site.id)
     )
     return {row[0]: row[1] for row in rows}
 
 
 def keys(session: Session, site_ids: Collection[int]) -> Mapping[int, bytes]:
     """Return the keys of some sites."""
-    rows = session.execute(
-        sa.select(Site.id, Site.pseudonym_key).where(Site.id.in_(site_ids))
-    )
+    rows = session.execute(sa.select(Site.id, Site.pseudonym_key).where(Site.id.in_(site_ids)))
     return {row[0]: row[1] for row in rows}
 
 

@@ -11,30 +11,51 @@ from dataclasses import dataclass
 
 from sqlalchemy.orm import Session
 
-from app.auth.access import Access, Scope
+from app.domain.pseudonyms import is_pseudonym, pseudonym
 from app.errors import Invalid, NotFound
 from app.identities import repository
-from app.domain.pseudonyms import is_pseudonym, pseudonym
 from app.identities.shown import Hidden, Identities, Shown, VesselId
 
 NO_VESSEL = "there is no such vessel"
-SEES_IDENTITIES = Scope.INGEST
+_MMSI_DIGITS = 9
 _READER = "reader"
 _KEYS = "keys_of_hiding_sites"
 _SHOWN = Shown()
+Sites = frozenset[int] | None
+"""Sites by id; None for all of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """Who reads: the sites they may read, and those where they may see who vessels are."""
+
+    readable: Sites
+    trusted: Sites
+
+    def may_read(self, site_id: int) -> bool:
+        """Whether a site is among those they may read."""
+        return self.readable is None or site_id in self.readable
+
+    def is_trusted(self, site_id: int) -> bool:
+        """Whether they may see who vessels are at a site, whatever it shows to others."""
+        return self.trusted is None or site_id in self.trusted
+
+
+EVERYTHING = Reader(None, None)
+NOTHING = Reader(frozenset(), frozenset())
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What a caller sees of AIS: reports of which sites (None: all), and how vessels are told."""
+    """What a reader sees of AIS: reports of which sites, and how vessels are told."""
 
-    readable: frozenset[int] | None
+    readable: Sites
     identities: Identities
 
 
-def read_by(session: Session, access: Access | None) -> None:
+def read_by(session: Session, reader: Reader) -> None:
     """Say who reads through a session: what it tells of vessels is told to them."""
-    session.info[_READER] = access
+    session.info[_READER] = reader
 
 
 def at_site(session: Session, site_id: int | None) -> Identities:
@@ -42,76 +63,76 @@ def at_site(session: Session, site_id: int | None) -> Identities:
 
     A shared recording belongs to all sites, so it tells identities to those who see them anywhere.
     """
-    if _READER not in session.info:
-        return _SHOWN
     if site_id is None:
         return everywhere(session).identities
     key = _hiding(session).get(site_id)
-    reader: Access | None = session.info[_READER]
-    if key is None or (reader is not None and reader.may(SEES_IDENTITIES, site_id)):
-        return _SHOWN
-    return Hidden(key)
+    return _SHOWN if key is None or _reader(session).is_trusted(site_id) else Hidden(key)
 
 
-def view(session: Session, access: Access, site_id: int | None) -> View:
-    """Return the view from a site, or without one the widest that shows identities.
-
-    Raises NotFound for a site that the caller may not read.
-    """
+def view(session: Session, site_id: int | None) -> View:
+    """Return the view from a site that the reader may read; without one, `everywhere`."""
     if site_id is None:
-        return everywhere(session, access)
-    access.require(Scope.READ, site_id)
+        return everywhere(session)
     return View(frozenset({site_id}), at_site(session, site_id))
 
 
-def everywhere(session: Session, access: Access | None = None) -> View:
+def everywhere(session: Session) -> View:
     """Return the view of all sites that show identities; where none does, of the first."""
-    reader: Access | None = access or session.info.get(_READER)
-    readable = frozenset[int]() if reader is None else reader.site_ids(Scope.READ)
-    hiding = [
-        site_id
-        for site_id in _hiding(session)
-        if (readable is None or site_id in readable) and at_site(session, site_id).hidden
-    ]
+    readable = _reader(session).readable
+    hiding = hidden(session)
     if not hiding:
         return View(readable, _SHOWN)
-    shown = (all_sites(session) if readable is None else readable) - {*hiding}
+    shown = (all_sites(session) if readable is None else readable) - hiding
     if shown:
         return View(shown, _SHOWN)
-    return View(frozenset({hiding[0]}), at_site(session, hiding[0]))
+    first = min(hiding)
+    return View(frozenset({first}), at_site(session, first))
 
 
-def found(session: Session, access: Access, reference: str) -> tuple[View, int]:
+def hidden(session: Session) -> frozenset[int]:
+    """Return the sites that show pseudonyms to the session's reader."""
+    reader = _reader(session)
+    return frozenset(
+        site_id
+        for site_id in _hiding(session)
+        if reader.may_read(site_id) and not reader.is_trusted(site_id)
+    )
+
+
+def all_sites(session: Session) -> frozenset[int]:
+    """Return all sites."""
+    return frozenset(repository.site_ids(session))
+
+
+def found(session: Session, reference: VesselId) -> tuple[View, int]:
     """Return the vessel that an MMSI or a pseudonym stands for, and the view it is seen in.
 
-    Raises NotFound; also for the MMSI of a vessel, existing or not, where the caller sees only
+    Raises NotFound; also for the MMSI of a vessel, existing or not, where the reader sees only
     pseudonyms, so that nobody can find out a vessel's pseudonym by asking for it.
     """
-    if reference.isascii() and reference.isdigit() and len(reference) <= 9:
-        seen = everywhere(session, access)
+    text = str(reference)
+    if text.isascii() and text.isdigit() and len(text) <= _MMSI_DIGITS:
+        seen = everywhere(session)
         if seen.identities.hidden:
             raise NotFound(NO_VESSEL)
-        return seen, int(reference)
-    if is_pseudonym(reference):
-        readable = access.site_ids(Scope.READ)
+        return seen, int(text)
+    if is_pseudonym(text):
         for site_id, key in _hiding(session).items():
-            if readable is None or site_id in readable:
-                mmsi = _behind(session, key, reference)
+            if _reader(session).may_read(site_id):
+                mmsi = _behind(session, key, text)
                 if mmsi is not None:
-                    return View(frozenset({site_id}), at_site(session, site_id)), mmsi
+                    return view(session, site_id), mmsi
     raise NotFound(NO_VESSEL)
 
 
-def searched(
-    session: Session, access: Access, given: VesselId | None
-) -> tuple[frozenset[int] | None, int | None]:
-    """Return the sites (None: all) and the MMSI to search by for a vessel as a caller calls it.
+def searched(session: Session, given: VesselId | None) -> tuple[Sites, int | None]:
+    """Return the sites and the MMSI to search by for a vessel as the reader calls it.
 
     Raises NotFound, as `found` does.
     """
     if given is None:
-        return access.site_ids(Scope.READ), None
-    seen, mmsi = found(session, access, str(given))
+        return _reader(session).readable, None
+    seen, mmsi = found(session, given)
     return seen.readable, mmsi
 
 
@@ -137,16 +158,9 @@ def keys(session: Session, site_ids: Iterable[int]) -> Mapping[int, bytes]:
     return repository.keys(session, list(site_ids))
 
 
-def hidden_from(session: Session, access: Access) -> frozenset[int]:
-    """Return the sites that show a caller pseudonyms."""
-    return frozenset(
-        site_id for site_id in _hiding(session) if not access.may(SEES_IDENTITIES, site_id)
-    )
-
-
-def all_sites(session: Session) -> frozenset[int]:
-    """Return all sites."""
-    return frozenset(repository.site_ids(session))
+def _reader(session: Session) -> Reader:
+    reader: Reader = session.info.get(_READER, EVERYTHING)
+    return reader
 
 
 def _hiding(session: Session) -> Mapping[int, bytes]:

@@ -12,6 +12,7 @@ from app.auth.versions import check_if_match, etag, set_etag
 from app.dependencies import SessionDep
 from app.domain.upright_box import UprightBox
 from app.errors import PreconditionFailed
+from app.identities import service as identities
 from app.ids import RowId
 from app.paging import Page
 from app.registration.service import camera_of
@@ -79,9 +80,11 @@ def get_edit(pose_id: int, session: SessionDep, access: Reader, response: Respon
 @router.get("/poses/{pose_id}/corrections")
 def list_corrections(pose_id: int, session: SessionDep, access: Reader) -> Page[CorrectionOut]:
     """List all corrections of a pose, deleted ones too, newest first."""
-    access.require(Scope.READ, service.site_of_pose(session, pose_id))
+    site_id = service.site_of_pose(session, pose_id)
+    access.require(Scope.READ, site_id)
     history = corrections.all_of(session, pose_id)
-    return Page(items=[CorrectionOut.of(correction) for correction in history])
+    told = identities.at_site(session, site_id)
+    return Page(items=[CorrectionOut.of(correction, told) for correction in history])
 
 
 @router.post("/poses/{pose_id}/corrections", status_code=201)
@@ -160,7 +163,8 @@ def rematch(
     here = corrections.placed(session, pose)
     _check_version(session, request, here, newest, None)
     scene = rematching.scene_of(session, pose.run_id, pose.image)
-    correction = rematching.rematch(session, scene, pose, newest, access.user_id, body.mmsi)
+    mmsi = identities.mmsi_at(session, site_id, body.mmsi)
+    correction = rematching.rematch(session, scene, pose, newest, access.user_id, mmsi)
     record(
         session,
         access,
@@ -169,7 +173,7 @@ def rematch(
         pose_id,
         site_id=site_id,
         version=correction.version,
-        mmsi=body.mmsi,
+        mmsi=mmsi,
     )
     set_etag(response, correction.version)
     response.headers["Location"] = f"/api/v1/poses/{pose_id}/corrections"
@@ -198,8 +202,9 @@ def make_pose(
     row, image, run = rematching.detection_of_run(session, body.run_id, detection_id)
     access.require(Scope.REVIEW, run.site_id)
     scene = rematching.scene_of(session, run.id, image)
-    pose = rematching.make_pose(session, scene, row, body.mmsi)
-    record(session, access, "make", "pose", pose.id, site_id=run.site_id, mmsi=body.mmsi)
+    mmsi = identities.mmsi_at(session, run.site_id, body.mmsi)
+    pose = rematching.make_pose(session, scene, row, mmsi)
+    record(session, access, "make", "pose", pose.id, site_id=run.site_id, mmsi=mmsi)
     response.headers["Location"] = f"/api/v1/poses/{pose.id}"
     return PoseOut.of(service.get_pose(session, pose.id, access.user_id))
 
@@ -232,9 +237,10 @@ def _check_version(
 def _shown(
     session: Session, here: PlacedPose, correction: Correction, user: str | None = None
 ) -> CorrectionOut:
-    vessel = PoseVessel.of(correction.mmsi, service.vessel(session, correction.mmsi))
+    told = identities.at_site(session, here.pose.image.site_id)
+    vessel = PoseVessel.of(correction.mmsi, service.vessel(session, correction.mmsi), told)
     box = local_box_out(corrections.local_box(here, correction))
-    shown = CorrectionOut.of(correction, vessel=vessel, box=box)
+    shown = CorrectionOut.of(correction, told, vessel=vessel, box=box)
     return shown.model_copy(update={"user": user}) if user else shown
 
 
@@ -242,8 +248,11 @@ def _candidates(
     session: Session, scene: Scene, row: Detection, pose_id: int | None, mmsi: int | None
 ) -> CandidatesOut:
     offered, refused = rematching.candidates(session, scene, row)
+    told = identities.at_site(session, scene.run.site_id)
     return CandidatesOut(
         detection=DetectionOut.of(row, pose_id),
-        candidates=[CandidateOut.of(one, pose_id=pose_id, current_mmsi=mmsi) for one in offered],
-        refused=[RefusedOut.of(one) for one in refused],
+        candidates=[
+            CandidateOut.of(one, told, pose_id=pose_id, current_mmsi=mmsi) for one in offered
+        ],
+        refused=[RefusedOut.of(one, told) for one in refused],
     )

@@ -8,7 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from app.domain.camera import Camera
 from app.domain.geodesy import EnuFrame, Geodetic
 from app.domain.upright_box import UprightBox
-from app.ids import Mmsi, RowId
+from app.identities.shown import Identities, VesselId
+from app.ids import RowId, VesselRef
 from app.reviews.corrections import Spot
 from app.reviews.image_schemas import DetectionOut
 from app.reviews.rematching import REASONS, Offered, Refused, segment_pixels
@@ -82,7 +83,7 @@ class RematchIn(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    mmsi: Mmsi
+    mmsi: VesselRef
 
 
 class PersonPoseIn(RematchIn):
@@ -201,7 +202,7 @@ class DeletedOut(BaseModel):
 class CandidateOut(BaseModel):
     """A vessel that a detection may show, with the matching cost against it."""
 
-    mmsi: int
+    mmsi: VesselId
     name: str | None
     ship_type: int | None
     vessel_state_id: int
@@ -219,13 +220,18 @@ class CandidateOut(BaseModel):
 
     @classmethod
     def of(
-        cls, offered: Offered, *, pose_id: int | None, current_mmsi: int | None
+        cls,
+        offered: Offered,
+        told: Identities,
+        *,
+        pose_id: int | None,
+        current_mmsi: int | None,
     ) -> "CandidateOut":
         """Put a vessel and its cost together; `pose_id` is the pose in question."""
         state, cost = offered.state, offered.cost.total
         return cls(
-            mmsi=state.mmsi,
-            name=offered.vessel.name if offered.vessel else None,
+            mmsi=told.vessel(state.mmsi),
+            name=told.name(offered.vessel.name) if offered.vessel else None,
             ship_type=offered.vessel.ship_type if offered.vessel else None,
             vessel_state_id=state.id,
             cost=cost if cost < float("inf") else None,
@@ -245,17 +251,17 @@ class CandidateOut(BaseModel):
 class RefusedOut(BaseModel):
     """A vessel that cannot be what a detection shows, and why."""
 
-    mmsi: int
+    mmsi: VesselId
     name: str | None
     reason: str
     text: str
 
     @classmethod
-    def of(cls, refused: Refused) -> "RefusedOut":
+    def of(cls, refused: Refused, told: Identities) -> "RefusedOut":
         """Say why."""
         return cls(
-            mmsi=refused.state.mmsi,
-            name=refused.vessel.name if refused.vessel else None,
+            mmsi=told.vessel(refused.state.mmsi),
+            name=told.name(refused.vessel.name) if refused.vessel else None,
             reason=refused.reason.value,
             text=REASONS[refused.reason],
         )

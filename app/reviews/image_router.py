@@ -10,6 +10,7 @@ from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
 from app.auth.versions import check_if_match, set_etag
 from app.dependencies import PagingDep, SessionDep
+from app.identities import service as identities
 from app.ids import RowId
 from app.paging import Page
 from app.reviews import run_images
@@ -170,7 +171,8 @@ def list_vessels(
     """List the vessels that were heard around an image in a run, with what became of them."""
     run = run_images.run_over(session, access, Scope.READ, run_id, image_id)
     found = run_images.vessels(session, run.id, image_id)
-    return Page(items=[VesselAtImage.of(*row) for row in found])
+    told = identities.at_site(session, run.site_id)
+    return Page(items=[VesselAtImage.of(*row, told) for row in found])
 
 
 @router.get("/images/{image_id}/detections")

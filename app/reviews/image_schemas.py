@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.identities.shown import Identities, VesselId
 from app.ids import RowId
 from app.reviews.run_images import ImageOfRun
 from app.reviews.schemas import CommentText, Pixels, PoseImage
@@ -165,7 +166,7 @@ class VesselAtImage(BaseModel):
     """What AIS said of a vessel at the time of an image, and what became of it."""
 
     id: int
-    mmsi: int
+    mmsi: VesselId
     name: str | None
     ship_type: int | None
     outcome: str
@@ -182,14 +183,14 @@ class VesselAtImage(BaseModel):
 
     @classmethod
     def of(
-        cls, state: VesselStateRow, vessel: Vessel | None, pose_id: int | None
+        cls, state: VesselStateRow, vessel: Vessel | None, pose_id: int | None, told: Identities
     ) -> "VesselAtImage":
         """Take the columns."""
         segments = state.segments_px
         return cls(
             id=state.id,
-            mmsi=state.mmsi,
-            name=vessel.name if vessel else None,
+            mmsi=told.vessel(state.mmsi),
+            name=told.name(vessel.name) if vessel else None,
             ship_type=vessel.ship_type if vessel else None,
             outcome=state.outcome,
             lat_deg=state.lat_deg,

@@ -9,7 +9,8 @@ from app.auth.idempotency import IdempotentRoute
 from app.auth.versions import set_etag
 from app.dependencies import PagingDep, SessionDep
 from app.errors import Invalid
-from app.ids import Mmsi, RowId
+from app.identities import service as identities
+from app.ids import RowId, VesselRef
 from app.paging import Page
 from app.reviews import (
     correction_router,
@@ -36,7 +37,9 @@ def list_poses(
     paging: PagingDep,
     run_id: RowId | None = None,
     image_id: RowId | None = None,
-    mmsi: Mmsi | None = None,
+    mmsi: Annotated[
+        VesselRef | None, Query(description="Or the vessel's pseudonym at the site")
+    ] = None,
     grade: Annotated[GradeFilter | None, Query(description="The verdict that counts")] = None,
     state: StateFilter | None = None,
     reviewer: Annotated[
@@ -48,10 +51,11 @@ def list_poses(
     flag: Annotated[str | None, Query(max_length=32, pattern=r"^[a-z_]+$")] = None,
 ) -> Page[PoseOut]:
     """List poses with what people say of them."""
+    readable, vessel = identities.searched(session, mmsi)
     wanted = PoseFilters(
         run_id=run_id,
         image_id=image_id,
-        mmsi=mmsi,
+        mmsi=vessel,
         grade=grade,
         state=state,
         reviewer_id=_reviewer(reviewer, access),
@@ -61,7 +65,7 @@ def list_poses(
         person_made=person_made,
         flag=flag,
     )
-    poses, cursor = service.list_poses(session, access.site_ids(Scope.READ), paging, wanted)
+    poses, cursor = service.list_poses(session, readable, paging, wanted)
     return Page(items=[PoseOut.of(pose) for pose in poses], next_cursor=cursor)
 
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.identities.shown import Identities, VesselId
 from app.ids import LARGEST_WIDE_ID, RowId
 from app.reviews.service import ReviewedPose
 from app.tables.ais import Vessel
@@ -176,16 +177,16 @@ class PoseImage(BaseModel):
 class PoseVessel(BaseModel):
     """The vessel a pose is of."""
 
-    mmsi: int
+    mmsi: VesselId
     name: str | None
     ship_type: int | None
 
     @classmethod
-    def of(cls, mmsi: int, vessel: Vessel | None) -> "PoseVessel":
-        """Tell what is known of a vessel."""
+    def of(cls, mmsi: int, vessel: Vessel | None, told: Identities) -> "PoseVessel":
+        """Tell what the caller may know of a vessel."""
         return cls(
-            mmsi=mmsi,
-            name=vessel.name if vessel else None,
+            mmsi=told.vessel(mmsi),
+            name=told.name(vessel.name) if vessel else None,
             ship_type=vessel.ship_type if vessel else None,
         )
 
@@ -241,7 +242,7 @@ class CorrectionOut(BaseModel):
     created_at: datetime
     deleted_at: datetime | None
     comment: str | None
-    mmsi: int
+    mmsi: VesselId
     vessel: PoseVessel | None
     box: LocalBox | None
     lat_deg: float
@@ -263,6 +264,7 @@ class CorrectionOut(BaseModel):
     def of(
         cls,
         correction: Correction,
+        told: Identities,
         *,
         vessel: PoseVessel | None = None,
         box: LocalBox | None = None,
@@ -279,7 +281,7 @@ class CorrectionOut(BaseModel):
             created_at=correction.created_at,
             deleted_at=correction.deleted_at,
             comment=correction.comment,
-            mmsi=correction.mmsi,
+            mmsi=told.vessel(correction.mmsi),
             vessel=vessel,
             box=box,
             lat_deg=correction.lat_deg,
@@ -342,12 +344,12 @@ class PoseOut(BaseModel):
         """Put a pose, its match and its verdict together."""
         pose, vessel, review = reviewed.pose, reviewed.vessel, reviewed.review
         mine, correction, beside = reviewed.mine, reviewed.correction, reviewed.beside
-        box, state = pose.match.detection, pose.match.vessel_state
+        box, state, told = pose.match.detection, pose.match.vessel_state, reviewed.told
         return cls(
             id=pose.id,
             run_id=pose.run_id,
             image=PoseImage.of(pose.image),
-            vessel=PoseVessel.of(pose.mmsi, vessel),
+            vessel=PoseVessel.of(pose.mmsi, vessel, told),
             detection=PoseDetection(
                 id=box.id,
                 x1_px=box.x1_px,
@@ -387,7 +389,9 @@ class PoseOut(BaseModel):
             comments=beside.comments,
             correction=correction
             and CorrectionOut.of(
-                correction, vessel=PoseVessel.of(correction.mmsi, reviewed.corrected_vessel)
+                correction,
+                told,
+                vessel=PoseVessel.of(correction.mmsi, reviewed.corrected_vessel, told),
             ),
             correction_version=beside.correction_version,
         )

@@ -7,6 +7,8 @@ from sqlalchemy.orm import Session
 
 from app.domain.sampling import wilson_interval
 from app.errors import NotFound
+from app.identities import service as identities
+from app.identities.shown import Identities
 from app.paging import Paging
 from app.reviews import correction_repository, repository
 from app.reviews.repository import Beside, PoseFilters
@@ -21,7 +23,7 @@ class ReviewedPose:
     """A pose, the vessel it is of, and what people say of it.
 
     `reviews` are the standing ones, the one that counts first; `correction` the one that counts;
-    `beside` is as the reader sees it.
+    `beside` and `told` (of vessels) are as the reader sees it.
     """
 
     pose: Pose
@@ -31,6 +33,7 @@ class ReviewedPose:
     corrected_vessel: Vessel | None
     beside: Beside
     reader_id: int | None
+    told: Identities
 
     @property
     def review(self) -> Review | None:
@@ -90,6 +93,17 @@ def list_poses(
     return with_verdicts(session, poses, wanted.reader_id), cursor
 
 
+def appearances(
+    session: Session,
+    site_ids: frozenset[int] | None,
+    paging: Paging,
+    mmsi: int,
+    reader_id: int | None,
+) -> tuple[list[ReviewedPose], str | None]:
+    """Return a page of the poses of a vessel."""
+    return list_poses(session, site_ids, paging, PoseFilters(mmsi=mmsi, reader_id=reader_id))
+
+
 def poses_by_id(
     session: Session, pose_ids: Sequence[int], reader_id: int | None
 ) -> Mapping[int, ReviewedPose]:
@@ -135,6 +149,7 @@ def with_verdicts(
             corrected_vessel=vessels.get(correction.mmsi) if correction else None,
             beside=beside[pose.id],
             reader_id=reader_id,
+            told=identities.at_site(session, pose.image.site_id),
         )
         for pose in poses
     ]

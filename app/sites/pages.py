@@ -167,4 +167,5 @@ def _values(site: Site) -> dict[str, object]:
         "origin.height_m": site.origin_height_m,
         "water_level_m": site.water_level_m,
         "timezone": site.timezone,
+        "shows_pseudonyms": "true" if site.shows_pseudonyms else "false",
     }

@@ -37,6 +37,9 @@ CAMERA_EXAMPLE: JsonDict = {
     "timezone": "Europe/Berlin",
     "file_name_pattern": "cam_%Y%m%d_%H%M%S",
 }
+PSEUDONYMS_NOTE = (
+    "Whether vessels are shown as pseudonyms to all but operators and administrators of the site"
+)
 PATTERN_NOTE = (
     "How file names tell the time, with strptime's letters, without the extension: "
     "cam_%Y%m%d_%H%M%S"
@@ -53,6 +56,7 @@ class SiteIn(Request):
     water_level_m: HeightM = 0.0
     timezone: Timezone = "UTC"
     is_simulated: bool = False
+    shows_pseudonyms: bool = Field(False, description=PSEUDONYMS_NOTE)
 
 
 class SitePatch(Request):
@@ -64,6 +68,7 @@ class SitePatch(Request):
     origin: PlaceIn | None = None
     water_level_m: HeightM | None = None
     timezone: Timezone | None = None
+    shows_pseudonyms: bool | None = Field(None, description=PSEUDONYMS_NOTE)
 
 
 class SiteOut(BaseModel):
@@ -75,6 +80,7 @@ class SiteOut(BaseModel):
     water_level_m: float
     timezone: str
     is_simulated: bool
+    shows_pseudonyms: bool = Field(description=PSEUDONYMS_NOTE)
     created_at: datetime
     version: int
 
@@ -92,6 +98,7 @@ class SiteOut(BaseModel):
             water_level_m=site.water_level_m,
             timezone=site.timezone,
             is_simulated=site.is_simulated,
+            shows_pseudonyms=site.shows_pseudonyms,
             created_at=site.created_at,
             version=site.version,
         )

@@ -75,6 +75,7 @@ def create_site(session: Session, data: SiteIn) -> Site:
         water_level_m=data.water_level_m,
         timezone=data.timezone,
         is_simulated=data.is_simulated,
+        shows_pseudonyms=data.shows_pseudonyms,
     )
     session.add(site)
     flush_named(session, f"there is already a site named {data.name!r}")
@@ -85,7 +86,7 @@ def update_site(session: Session, site: Site, data: SitePatch) -> Site:
     """Change a site. Raises Conflict for a taken name or an origin that registrations rest on."""
     if data.origin is not None:
         _move_origin(session, site, data)
-    for field in ("name", "water_level_m", "timezone"):
+    for field in ("name", "water_level_m", "timezone", "shows_pseudonyms"):
         value = getattr(data, field)
         if value is not None:
             setattr(site, field, value)

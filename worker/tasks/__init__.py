@@ -24,7 +24,7 @@ def register_tasks(
     storage = Storage(settings.storage_url)
     tasks = (
         RunPipeline(runner, database, storage, settings),
-        MakeExport(runner, database, storage, settings),
+        MakeExport(runner, database, storage),
         ProbeModel(runner, database, storage, settings),
         Reregister(runner, database, storage, settings),
         Calibrate(runner, database, storage, settings),

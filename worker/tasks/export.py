@@ -2,7 +2,6 @@
 
 from sqlalchemy.orm import Session
 
-from app.config import Settings
 from app.db import Database
 from app.exports import service
 from app.jobs import JobRunner
@@ -14,13 +13,10 @@ class MakeExport:
 
     job = service.EXPORT_JOB
 
-    def __init__(
-        self, runner: JobRunner, database: Database, storage: Storage, settings: Settings
-    ) -> None:
+    def __init__(self, runner: JobRunner, database: Database, storage: Storage) -> None:
         self._runner = runner
         self._database = database
         self._storage = storage
-        self._settings = settings
 
     def do(self, export_id: int) -> None:
         """Write an export's file."""
@@ -39,7 +35,5 @@ class MakeExport:
         service.begin(self._runner.session(), export_id)
 
     def _write(self, export_id: int) -> None:
-        stored, count = service.make_file(
-            self._database, self._storage, self._settings.secret(), export_id
-        )
+        stored, count = service.make_file(self._database, self._storage, export_id)
         service.finish(self._runner.session(), export_id, stored, count)

@@ -38,6 +38,7 @@ def _info(selection: Selection) -> dict[str, object]:
         "version": selection.code_version,
         "filters": dict(selection.filters),
         "anonymised": selection.anonymised,
+        "remains": selection.remains,
         "runs": [dict(run) for run in selection.runs],
         "units": "px; cam_t_m2c in mm; dims_m in m; degrees; camera frame OpenCV",
     }

@@ -26,6 +26,7 @@ def write(
             "images": len(images),
             "filters": dict(selection.filters),
             "anonymised": selection.anonymised,
+            "remains": selection.remains,
             "runs": [dict(run) for run in selection.runs],
             "code_version": selection.code_version,
         }

@@ -66,10 +66,14 @@ class PoseRecord:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Where the records come from: the filters, the runs and the code, for the record."""
+    """Where the records come from: the filters, the runs and the code, for the record.
+
+    `remains`: what an anonymised file may still tell; None where it tells all.
+    """
 
     filters: Mapping[str, object]
     anonymised: bool
+    remains: str | None
     runs: Sequence[Mapping[str, object]]
     code_version: str
     pose_count: int

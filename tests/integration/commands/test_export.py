@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from app.config import Settings
 from app.db import Database
-from app.exports.identities import pseudonym
+from app.domain.pseudonyms import pseudonym
 from app.tables.runs import Pose
+from app.tables.sites import Site
 from tests.factories.world import make_world
 from tests.integration.commands.conftest import Shell
 
@@ -30,13 +30,15 @@ def poses_in(path: Path) -> list[dict[str, object]]:
 
 
 def test_vessels_are_pseudonyms_unless_asked_for(
-    quaymark: Shell, settings: Settings, world: dict[str, int], tmp_path: Path
+    quaymark: Shell, database: Database, world: dict[str, int], tmp_path: Path
 ) -> None:
     """An MMSI leaves the installation only with --with-identities."""
     out = tmp_path / "poses.ndjson"
     hidden = quaymark("export", "--format", "ndjson", "--out", out)
     assert (hidden.code, hidden.out) == (0, f"wrote 1 poses to {out}\n"), hidden.error
-    assert [pose["vessel"] for pose in poses_in(out)] == [pseudonym(MMSI, settings.secret())]
+    with database.reading() as session:
+        key = session.get_one(Site, world["site_id"]).pseudonym_key
+    assert [pose["vessel"] for pose in poses_in(out)] == [pseudonym(MMSI, key)]
 
     quaymark(
         "export", "--format", "ndjson", "--out", out, "--with-identities", "--run", world["run_id"]

@@ -28,7 +28,7 @@ def make(database: Database, settings: Settings) -> Make:
 
     def do(export_id: int) -> None:
         storage = Storage(settings.storage_url)
-        stored, count = service.make_file(database, storage, settings.secret(), export_id)
+        stored, count = service.make_file(database, storage, export_id)
         with database.writing() as session:
             service.finish(session, export_id, stored, count)
 

@@ -79,7 +79,7 @@ def exported(database: Database, run_id: int, **filters: str) -> list[dict[str, 
         format="ndjson", filters={"run_id": run_id, **filters}, site_ids=None, anonymise=False
     )
     target = io.BytesIO()
-    service.write_export(database, asked, b"s" * 32, target)
+    service.write_export(database, asked, target)
     lines = [json.loads(line) for line in target.getvalue().splitlines()]
     return [line for line in lines if line["type"] == "pose"]
 

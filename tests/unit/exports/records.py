@@ -75,6 +75,7 @@ IMAGES = [MORNING, NOON]
 SELECTION = Selection(
     filters={"grade": ["good", "bad"], "run_id": 3},
     anonymised=True,
+    remains="times and places",
     runs=[
         {
             "id": 3,

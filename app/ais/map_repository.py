@@ -1,0 +1,62 @@
+"""SQL of the map: what moved in a stretch of time, who it was, and when there is AIS at all."""
+
+from collections.abc import Collection, Iterable, Mapping
+from datetime import datetime
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session
+
+from app.ais.area import Area
+from app.ais.report_repository import Readable, visible, within
+from app.tables.ais import AisPosition, Vessel
+
+AT_ONCE = 10_000
+Moving = tuple[
+    int, datetime, float, float, float | None, float | None, float | None, str, str | None
+]
+
+
+def moving(
+    session: Session,
+    readable: Readable,
+    start: datetime,
+    end: datetime,
+    area: Area | None,
+    most: int,
+) -> Iterable[Moving]:
+    """Return what the map draws of positions, oldest first: MMSI, time, place, motion, class."""
+    statement = (
+        sa.select(
+            AisPosition.mmsi,
+            AisPosition.fix_time,
+            AisPosition.lat_deg,
+            AisPosition.lon_deg,
+            AisPosition.sog_kn,
+            AisPosition.cog_deg,
+            AisPosition.heading_deg,
+            AisPosition.fix_time_source,
+            AisPosition.ais_class,
+        )
+        .where(visible(AisPosition.site_id, readable), *within(start, end, area))
+        .order_by(AisPosition.fix_time)
+        .limit(most)
+    )
+    return session.execute(statement.execution_options(yield_per=AT_ONCE)).tuples()
+
+
+def vessels(session: Session, mmsis: Collection[int]) -> Mapping[int, Vessel]:
+    """Return what is known of some vessels."""
+    found: dict[int, Vessel] = {}
+    wanted = list(mmsis)
+    for at in range(0, len(wanted), AT_ONCE):
+        rows = session.scalars(sa.select(Vessel).where(Vessel.mmsi.in_(wanted[at : at + AT_ONCE])))
+        found |= {vessel.mmsi: vessel for vessel in rows}
+    return found
+
+
+def span(session: Session, readable: Readable) -> tuple[datetime, datetime] | None:
+    """Return the first and the last moment that a position is from; None without any."""
+    times = sa.select(AisPosition.fix_time).where(visible(AisPosition.site_id, readable))
+    first = session.scalar(times.order_by(AisPosition.fix_time).limit(1))
+    last = session.scalar(times.order_by(AisPosition.fix_time.desc()).limit(1))
+    return None if first is None or last is None else (first, last)

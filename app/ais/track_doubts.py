@@ -1,0 +1,69 @@
+"""What is hard to believe of a vessel in a stretch of time, found without judging every report.
+
+Nearly all steps of nearly all tracks are plausible at a glance: shorter than the fastest craft
+could have made them. Only the reports around the others are judged by the domain's rules.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from itertools import pairwise
+
+from app.ais.thinning import METRES_PER_DEG, Fix
+from app.domain.ais import MPS_PER_KN
+from app.domain.plausibility import FASTEST_KN, NEIGHBOURS, Doubt, doubts
+
+
+@dataclass(frozen=True, slots=True)
+class _Reported:
+    """A fix as the rules take it."""
+
+    mmsi: int
+    fix_time: datetime
+    lat_deg: float
+    lon_deg: float
+    sog_kn: float | None
+    fix_time_source: str
+
+
+def doubts_of(mmsi: int, fixes: Sequence[Fix], start: datetime) -> list[Doubt]:
+    """Return what is doubtful of a vessel's fixes, oldest first; `start` is their second 0."""
+    around: set[int] = set()
+    for index, (first, second) in enumerate(pairwise(fixes)):
+        if _is_odd(first, second):
+            around.update(range(index - NEIGHBOURS, index + 2 + NEIGHBOURS))
+    if fixes and _too_fast(fixes[0]):
+        around.add(0)
+    reports = (
+        {
+            index: _reported(mmsi, fixes[index], start)
+            for index in range(len(fixes))
+            if {*range(index - NEIGHBOURS, index + NEIGHBOURS + 1)} & around
+        }
+        if around
+        else {}
+    )
+    found: set[Doubt] = set()
+    for index in around & reports.keys():
+        before = [reports[at] for at in range(index - NEIGHBOURS, index) if at in reports]
+        after = [reports[at] for at in range(index + 1, index + 1 + NEIGHBOURS) if at in reports]
+        found.update(doubts(reports[index], before, after))
+    return [doubt for doubt in Doubt if doubt in found]
+
+
+def _is_odd(first: Fix, second: Fix) -> bool:
+    """Whether a step is longer than the fastest craft makes, or a speed higher than it has."""
+    north = second.lat_deg - first.lat_deg
+    east = (second.lon_deg - first.lon_deg) * math.cos(math.radians(first.lat_deg))
+    way_m = math.hypot(north, east) * METRES_PER_DEG
+    return way_m > FASTEST_KN * MPS_PER_KN * (second.time_s - first.time_s) or _too_fast(second)
+
+
+def _too_fast(fix: Fix) -> bool:
+    return fix.sog_kn is not None and fix.sog_kn > FASTEST_KN
+
+
+def _reported(mmsi: int, fix: Fix, start: datetime) -> _Reported:
+    moment = start + timedelta(seconds=fix.time_s)
+    return _Reported(mmsi, moment, fix.lat_deg, fix.lon_deg, fix.sog_kn, fix.source)

@@ -1,0 +1,39 @@
+import { describe, expect, it } from "vitest";
+
+import { readAddress, writeAddress } from "./address";
+import { chunksFor, covers } from "./chunks";
+
+describe("the map's address", () => {
+  it("shows the same again", () => {
+    const state = {
+      momentS: Date.parse("2026-01-02T03:04:05Z") / 1000,
+      windowS: 3600,
+      box: [9.9, 53.5, 10.1, 53.6] as const,
+      vessel: "V-7KQ2MB5RXA3D",
+    };
+    expect(readAddress(writeAddress(state))).toEqual(state);
+  });
+
+  it("passes over what is no moment, window or box", () => {
+    expect(readAddress("?t=soon&window=-5&bbox=1,2,3")).toEqual({
+      momentS: null,
+      windowS: 1800,
+      box: null,
+      vessel: null,
+    });
+  });
+});
+
+describe("what is loaded", () => {
+  it("begins with the half hour of the moment", () => {
+    expect(chunksFor(10 * 1800 + 5, 3600, 600)).toEqual([10, 9, 8]);
+    expect(chunksFor(10 * 1800 + 1500, 60, 600)).toEqual([10, 11]);
+  });
+
+  it("serves nearby views at nearly the same scale only", () => {
+    const loaded = { box: [0, 0, 4, 4], toleranceM: 8 } as const;
+    expect(covers(loaded, { box: [1, 1, 3, 3], toleranceM: 4 })).toBe(true);
+    expect(covers(loaded, { box: [1, 1, 3, 3], toleranceM: 2 })).toBe(false);
+    expect(covers(loaded, { box: [1, 1, 5, 3], toleranceM: 8 })).toBe(false);
+  });
+});
