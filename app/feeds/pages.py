@@ -114,7 +114,9 @@ def update_feed(
     """Change, start or stop a feed and show it."""
     try:
         # A field that was emptied is a change: no sender is no longer any sender.
-        senders = {"allowed_senders": []} if entered.get("allowed_senders") == "" else {}
+        senders: dict[str, list[str]] = (
+            {"allowed_senders": []} if entered.get("allowed_senders") == "" else {}
+        )
         values = {name: value for name, value in entered.items() if name != "version"}
         data = parse(FeedPatch, values | senders)
         actions.check_change(database, settings, access, feed_id, data)
