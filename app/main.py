@@ -37,6 +37,8 @@ from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
 from app.imports import router as imports
 from app.jobs import JobClient
+from app.keeping import pages as keeping_pages
+from app.keeping import router as keeping
 from app.registration import editor_pages as registration_editor
 from app.registration import landmark_router as landmarks
 from app.registration import pages as registration_pages
@@ -76,6 +78,7 @@ REST = (
     projection_table,
     guideline,
     exports,
+    keeping,
 )
 PAGES = (
     home_pages,
@@ -98,6 +101,7 @@ PAGES = (
     guideline_pages,
     calibration_set_pages,
     export_pages,
+    keeping_pages,
 )
 
 
@@ -140,6 +144,7 @@ def furnish(app: FastAPI, settings: Settings) -> None:
     app.state.database = Database(settings.database_url)
     app.state.storage = Storage(settings.storage_url)
     app.state.jobs = JobClient(settings.database_url)
+    app.state.prober = health.Prober(app.state.database, app.state.storage)
     app.user_middleware.clear()
     app.middleware_stack = None
     protect(app, settings)

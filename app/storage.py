@@ -42,6 +42,7 @@ class Storage:
         self._filesystem, root = fsspec.core.url_to_fs(url)
         self.root: str = str(root)
         self._is_local = "file" in self._filesystem.protocol
+        self.is_local = self._is_local
 
     def put(self, data: bytes) -> Stored:
         """Store bytes; returns their address. Raises StorageFull when the disk is full."""
@@ -84,6 +85,12 @@ class Storage:
     def exists(self, sha256: str) -> bool:
         """Whether bytes are stored at an address."""
         return bool(self._filesystem.exists(self._place(sha256)))
+
+    def probe(self) -> None:
+        """Write a small file and remove it. Raises StorageFull or OSError when that fails."""
+        path = f"{self.root}/derived/probe-{secrets.token_hex(8)}"
+        self._write(path, [b"probe"])
+        self._filesystem.rm_file(path)
 
     def size_bytes(self, sha256: str) -> int:
         """Return how many bytes are stored at an address. Raises NotFound when they are gone."""

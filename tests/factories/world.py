@@ -321,6 +321,7 @@ def _reviewing(session: Session, run: Run, image: Image, pose: Pose, marker: str
         "missed_id": missed.id,
         "comment_id": comment.id,
         "decision_name": 1,
+        "job_id": 1,
     }
 
 

@@ -30,7 +30,7 @@ MMSI = 211_000_001
 ONE_PIXEL = b"\x89PNG\r\n\x1a\n"
 PLACE = re.compile(r"\{(\w+)(?::\w+)?\}")
 # Not of any site: people belong to the installation, and so do detectors.
-OF_THE_INSTALLATION = {"user_id": {403, 404}, "model_id": {200, 403, 404, 409}}
+OF_THE_INSTALLATION = {"job_id": {403}, "user_id": {403, 404}, "model_id": {200, 403, 404, 409}}
 
 
 @dataclass(frozen=True)
