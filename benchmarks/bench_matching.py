@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from app.domain.fusion import FusionSettings, MatchingMethod, SeenImage, fuse_series
-from app.domain.tracks import TrackSettings
+from app.domain.tracks import TrackMethod, TrackSettings
 from app.simulation.harbour import make_harbour
 from app.simulation.settings import DetectorSettings, HarbourSettings, TrafficSettings
 from app.simulation.ship_plans import Fleet
@@ -28,6 +28,7 @@ SETTINGS = HarbourSettings(
     detector=replace(DetectorSettings(), false_positives_per_image=0.5),
     fleet=Fleet.JUDGING,
 )
+TRACKING = TrackSettings(method=TrackMethod.HERMITE)
 METHODS = {
     "paper, cost at most 0.5": FusionSettings(),
     "paper, cost at most 0.25": FusionSettings(maximum_cost=0.25),
@@ -45,7 +46,7 @@ def judge(seed: int) -> dict[str, SeedResult]:
     results = {name: SeedResult() for name in METHODS}
     for viewport, camera in cameras.items():
         frames = [frame for frame in harbour.frames if frame.viewport.name == viewport]
-        known = [list(states(frame, positions, statics, TrackSettings())) for frame in frames]
+        known = [list(states(frame, positions, statics, TRACKING)) for frame in frames]
         level_m = harbour.site.water_level_m
         images = [
             SeenImage(frame.detections, there, level_m, frame.captured_at.timestamp())

@@ -58,11 +58,16 @@ def start_run(
     detector: Annotated[str, Form()],
     preset: Annotated[str, Form()] = Preset.PAPER.value,
     name: Annotated[str, Form(max_length=200)] = "",
+    matching: Annotated[str, Form()] = "",
     score_threshold: Annotated[str, Form()] = "",
     maximum_cost: Annotated[str, Form()] = "",
 ) -> Response:
     """Start a run and show it; a wrong form comes back as it was entered."""
-    entered = {"score_threshold": score_threshold, "maximum_cost": maximum_cost}
+    entered = {
+        "matching": matching,
+        "score_threshold": score_threshold,
+        "maximum_cost": maximum_cost,
+    }
     try:
         with database.writing() as session:
             access.require(Scope.INGEST, sites.site_id_of_viewport(session, viewport_id))

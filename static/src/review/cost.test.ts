@@ -25,4 +25,10 @@ describe("the matching cost in words", () => {
     expect(summands.map(({ name }) => name)).toEqual(["centre, twice", "lower edge", "time gap"]);
     expect(dividedBy).toBeNull();
   });
+
+  it("tells sigmas and the probability of a match by likelihood", () => {
+    const { summands, probability } = costInWords({ probability: 0.98, width_sigmas: 1, middle_sigmas: 2 });
+    expect(summands.map(({ name }) => name)).toEqual(["middle, σ", "width, σ"]);
+    expect(probability).toBe(0.98);
+  });
 });

@@ -6,6 +6,7 @@ import { costInWords, type CostPart } from "./cost";
 import { GRADE_NAMES, vesselName, type Grade, type Pose } from "./pose";
 import { shipType } from "./ship-type";
 import { flagInWords, headingSourceInWords } from "./words";
+import { idText } from "../vessel-id";
 
 type Fact = readonly [name: string, value: string];
 
@@ -78,13 +79,15 @@ export class FactsPanel {
         ? { cost: byHand.cost, cost_terms: byHand.cost_terms }
         : pose;
     part(this.root, "cost").textContent = number(cost, 3);
-    const { summands, dividedBy } = costInWords(terms);
+    const { summands, dividedBy, probability } = costInWords(terms);
     const largest = Math.max(1e-9, ...summands.map(({ value }) => value));
     part(this.root, "cost-terms").replaceChildren(
       ...summands.map((summand) => costTerm(summand, largest)),
     );
-    part(this.root, "cost-divisor").textContent =
-      dividedBy === null ? "" : `divided by ${dividedBy.name} ${number(dividedBy.value, 2)}`;
+    part(this.root, "cost-divisor").textContent = [
+      dividedBy === null ? "" : `divided by ${dividedBy.name} ${number(dividedBy.value, 2)}`,
+      probability === null ? "" : `this vessel: ${number(100 * probability, 1)} %`,
+    ].join("");
   }
 
   private showFlags(flags: readonly string[]): void {
@@ -112,8 +115,8 @@ function shownName(pose: Pose): string {
 }
 
 function kind(pose: Pose): string {
-  const { mmsi: number, ship_type: code } = shownVessel(pose);
-  const mmsi = `MMSI ${number}`;
+  const { mmsi: vessel, ship_type: code } = shownVessel(pose);
+  const mmsi = idText(vessel);
   const type = shipType(code);
   return type === null ? mmsi : `${type}, ${mmsi}`;
 }
