@@ -11,6 +11,7 @@ from app.admin import router as admin
 from app.ais import map_router as ais_map
 from app.ais import pages as ais_pages
 from app.ais import router as ais
+from app.ais import upload_pages as ais_upload_pages
 from app.auth import pages as auth_pages
 from app.auth import router as auth
 from app.auth.declared import refuse_undeclared_routes
@@ -92,6 +93,7 @@ PAGES = (
     registration_editor,
     imagery_pages,
     ais_pages,
+    ais_upload_pages,
     feed_pages,
     detector_pages,
     run_pages,

@@ -21,6 +21,7 @@ from pathlib import Path
 import sqlalchemy as sa
 from fastapi import FastAPI
 
+from app.ais import uploads
 from app.ais.service import import_ais_file
 from app.auth.declared import routes_of
 from app.config import Settings
@@ -32,6 +33,7 @@ from app.registration import service as registration
 from app.registration.schemas import KeypointsIn, RegistrationIn
 from app.schema import upgrade
 from app.storage import Storage
+from app.tables.ais_uploads import AisUpload
 from app.tables.identity import ApiToken, Role
 from app.tables.registration import RegistrationMethod
 from app.tables.reviews import Grade, Review
@@ -99,10 +101,28 @@ def fill(database: Database, storage: Storage) -> dict[str, int]:
             database, storage, recording, site_id=ids["site_id"], file_name="heard.csv"
         )
     return ids | {
+        "upload_id": upload_of(database, storage, ids["site_id"]),
         "camera_id": scene.viewport.camera_id,
         "viewport_id": scene.viewport.id,
         "file_id": imported.file.id,
     }
+
+
+def upload_of(database: Database, storage: Storage, site_id: int) -> int:
+    """Send a recording that waits to be looked at; return its id."""
+    with tempfile.TemporaryFile() as recording:
+        recording.write(ais.table(60))
+        upload = uploads.stage(
+            database,
+            storage,
+            Settings(),
+            recording,
+            file_name="waiting.csv",
+            site_id=site_id,
+            user_id=None,
+        )
+    assert isinstance(upload, AisUpload)
+    return upload.id
 
 
 def visit(client: TestClient, app: FastAPI, state: str, ids: Mapping[str, int] | None) -> Pages:

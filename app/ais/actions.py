@@ -5,7 +5,7 @@ import json
 from fastapi import UploadFile
 from sqlalchemy.orm import Session
 
-from app.ais import service
+from app.ais import service, uploads
 from app.ais.importing import Importer
 from app.auth.access import Access, Scope
 from app.auth.audit import record
@@ -16,6 +16,7 @@ from app.errors import Invalid
 from app.sites.actions import site_for
 from app.storage import Storage
 from app.tables.ais import AisFile
+from app.tables.ais_uploads import AisUpload
 
 LONGEST_WAIT_S = 60.0  # while another recording is stored; a caller may try again
 
@@ -59,6 +60,26 @@ def import_upload(
     )
 
 
+def stage_upload(
+    database: Database,
+    storage: Storage,
+    settings: Settings,
+    access: Access,
+    upload: UploadFile,
+    site_id: int | None,
+) -> AisUpload | service.Imported:
+    """Keep an uploaded recording to be looked at, or return it as it was imported before."""
+    return uploads.stage(
+        database,
+        storage,
+        settings,
+        upload.file,
+        file_name=upload.filename or "",
+        site_id=site_to_import_for(database, access, site_id),
+        user_id=access.user_id,
+    )
+
+
 def importer_for(access: Access, site_id: int | None) -> Importer:
     """Return who imports for a site, with the audit line to be written beside the file."""
 
@@ -68,6 +89,13 @@ def importer_for(access: Access, site_id: int | None) -> Importer:
         )
 
     return Importer(site_id, access.user_id, note, wait_s=LONGEST_WAIT_S)
+
+
+def upload_for(session: Session, access: Access, upload_id: int) -> AisUpload:
+    """Return an upload for a site where the caller may ingest."""
+    upload = uploads.get(session, upload_id)
+    access.require(Scope.INGEST, upload.site_id)
+    return upload
 
 
 def mapping_of(text: str) -> TableMapping | None:

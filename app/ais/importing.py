@@ -33,6 +33,7 @@ from app.tables.ais import AisFile
 log = structlog.get_logger()
 _LONGEST_FILE_NAME = 255
 _CHUNK_BYTES = 1 << 20
+_REPORTS_TOLD = 20
 _BATCHES_AT_ONCE = 4  # a transaction of some 20,000 rows keeps others waiting for a moment only
 
 Told = Callable[[float], None]
@@ -95,8 +96,11 @@ def decoded(
     *,
     max_bytes: int,
     mapping: TableMapping | None = None,
+    told: Callable[[], None] | None = None,
 ) -> Iterator[Decoded]:
     """Decode a recording and keep its bytes; its rows are on the disk while the block lasts.
+
+    `told` is called now and then, and may raise to stop it.
 
     Raises Invalid for what is no recording, TooLarge for one beyond `max_bytes` of text or for an
     archive made to harm; nothing is kept then.
@@ -105,9 +109,11 @@ def decoded(
         recording = Recording(stream, max_bytes=max_bytes, mapping=mapping)
         summary = RecordingSummary()
         for reports in recording.parts():
-            for report in reports:
+            for count, report in enumerate(reports):
                 spool.add(report)
                 summary.add(report)
+                if told is not None and count % _REPORTS_TOLD == 0:
+                    told()
             spool.end_part()
         stream.seek(0)
         stored = storage.put_stream(stream)

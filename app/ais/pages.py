@@ -6,7 +6,7 @@ from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 from fastapi.responses import RedirectResponse
 from sqlalchemy.orm import Session
 
-from app.ais import actions, map_pages, service, vessel_pages
+from app.ais import actions, map_pages, service, uploads, vessel_pages
 from app.ais.ship_types import ship_type_name
 from app.ais.vessel_list import listed
 from app.ais.vessel_schemas import VesselOut
@@ -45,7 +45,7 @@ def show_ais(
     flashes = []
     if imported is not None:
         file = service.get_file(session, access.site_ids(Scope.READ), imported)
-        flashes.append({"message": _what_came(session, file), "tone": "success"})
+        flashes.append({"message": f"Here already: {_what_came(session, file)}", "tone": "info"})
     return _page(
         request, session, access, search=q, cursor=cursor, seen_from=seen_from, flashes=flashes
     )

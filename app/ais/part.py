@@ -123,11 +123,12 @@ class Part:
         """What became of every line so far."""
         return self._decoder.accounting
 
-    def proposal(self) -> Proposal | None:
+    def proposal(self, delimiter: str | None = None) -> Proposal | None:
         """Return how a table seems to be made, None for what is no table."""
         if self.kind is not TextKind.CSV:
             return None
-        return propose(list(map(_text, islice(self._head_lines(), 4 * _LINES_LOOKED_AT))))
+        head = map(_text, islice(self._head_lines(), 4 * _LINES_LOOKED_AT))
+        return propose(list(head), delimiter)
 
     def reports(self) -> Iterator[Decoded]:
         """Yield all reports once. Raises Invalid when the text turns out to hold none at all."""
@@ -147,6 +148,16 @@ class Part:
         self.is_read_out = next(lines, None) is None
         if self.is_read_out:
             self._finish()
+
+    def read(self, lines_at_once: int) -> Iterator[None]:
+        """Decode the whole text for what its reject log hears, pausing after so many lines."""
+        lines = split_lines(self._all_chunks())
+        while block := list(islice(lines, lines_at_once)):
+            for _ in self._decoded(block):
+                pass
+            yield
+        self._finish()
+        yield
 
     def _decoded(self, lines: Iterable[bytes]) -> Iterator[Report]:
         decoder = self._decoder

@@ -44,8 +44,8 @@ class RejectSeen:
 class Preview:
     """What the first lines of a recording hold. `is_whole`: there are no more than these.
 
-    `table` is what its first table seems to be, `mapping` how it was read; None without a table or
-    where the table cannot be read yet. `problem` says why nothing can be read.
+    `table` is what its first table seems to be, `mapping` how it is read; None without a table.
+    `problem` says why nothing of it can be read yet.
     """
 
     texts: list[TextSeen] = field(default_factory=list)
@@ -94,7 +94,10 @@ def preview(
         if of_reason[reject.reason] <= REJECTS_OF_A_REASON:
             seen.rejects.append(RejectSeen(entry, reject))
 
-    recording = Recording(stream, max_bytes=max_bytes, mapping=mapping, on_reject=keep)
+    is_chosen = mapping is not None and bool(mapping.columns)
+    recording = Recording(
+        stream, max_bytes=max_bytes, mapping=mapping if is_chosen else None, on_reject=keep
+    )
     seen.is_whole = True
     lines = 0
     for part in recording.texts():
@@ -102,15 +105,10 @@ def preview(
             seen.is_whole = False
             break
         seen.texts.append(TextSeen(part.entry, part.format))
-        if seen.table is None and (table := part.proposal()) is not None:
-            seen.table = table
-            seen.mapping = mapping or (None if table.mapping.missing else table.mapping)
-            if seen.mapping is None:
-                missing = ", ".join(table.mapping.missing)
-                seen.problem = f"The table has no column that is known as {missing}."
-                seen.is_whole = False
-                break
-        _read(seen, part, most_lines - lines)
+        if seen.table is None:
+            _look_at_table(seen, part, mapping)
+        if not seen.problem:
+            _read(seen, part, most_lines - lines)
         lines += part.accounting.lines.total
         seen.accounting.add(part.accounting)
         if not part.is_read_out:
@@ -118,6 +116,19 @@ def preview(
             break
     _check(seen)
     return seen
+
+
+def _look_at_table(seen: Preview, part: Part, mapping: TableMapping | None) -> None:
+    """Note what a part seems to be if it is a table, and how it is read."""
+    table = part.proposal(mapping.delimiter if mapping else None)
+    if table is None:
+        return
+    seen.table, seen.mapping = table, mapping
+    if mapping is None or not mapping.columns:
+        seen.mapping = table.mapping
+    if seen.mapping is not None and seen.mapping.missing:
+        missing = ", ".join(seen.mapping.missing)
+        seen.problem = f"No column is known as {missing}; say below which it is."
 
 
 def _read(seen: Preview, part: Part, most_lines: int) -> None:

@@ -93,9 +93,14 @@ class CsvDecoder:
     errors: list[RowError] = field(default_factory=list)
     _repeats: RepeatFilter = field(default_factory=RepeatFilter)
     _statics: StaticsFilter = field(default_factory=StaticsFilter)
+    _reader: CellReader | None = None
+    _wants_header: bool = False
+    _line_number: int = 0
 
     def decode(self, lines: Iterable[str]) -> Iterator[ais.PositionReport | ais.StaticReport]:
         """Yield each row's position, and its statics where they are new.
+
+        Lines may come in several calls; those of the first tell how the table is made.
 
         Raises:
             CsvHeaderError: no mapping is given, and none can be proposed that has mmsi, time, lat
@@ -103,20 +108,24 @@ class CsvDecoder:
 
         """
         rest = iter(lines)
-        head = list(islice(rest, _HEAD_LINES))
-        mapping = self.mapping = self.mapping or proposed_mapping(head)
-        reader = CellReader(mapping, self.not_after)
-        wants_header = mapping.has_header
-        for number, line in enumerate(chain(head, rest), start=1):
+        head: list[str] = []
+        if self._reader is None:
+            head = list(islice(rest, _HEAD_LINES))
+            self.mapping = self.mapping or proposed_mapping(head)
+            self._reader = CellReader(self.mapping, self.not_after)
+            self._wants_header = self.mapping.has_header
+        mapping = self.mapping or TableMapping({})
+        for line in chain(head, rest):
+            self._line_number += 1
             if self.rejects is not None:
                 self.rejects.at(line.rstrip("\r\n").encode())
-            if wants_header and (not is_comment(line) or is_header(line)):
-                wants_header = False
+            if self._wants_header and (not is_comment(line) or is_header(line)):
+                self._wants_header = False
                 self.accounting.lines.other += 1
             elif is_comment(line):
                 self.accounting.lines.other += 1
             else:
-                yield from self._line(line, number, mapping, reader)
+                yield from self._line(line, self._line_number, mapping, self._reader)
 
     def _line(
         self, line: str, number: int, mapping: TableMapping, reader: CellReader

@@ -100,8 +100,11 @@ class TableMapping:
         }
 
     @classmethod
-    def of(cls, data: Mapping[str, Any]) -> Self:
-        """Read a mapping from JSON or a form. Raises MappingError naming the field."""
+    def of(cls, data: Mapping[str, Any], *, is_whole: bool = True) -> Self:
+        """Read a mapping from JSON or a form. Raises MappingError naming the field.
+
+        While somebody still chooses its columns it need not be whole.
+        """
         unknown = sorted(set(data) - set(cls.__dataclass_fields__))
         if unknown:
             raise MappingError(str(unknown[0])[:40], "is no part of a mapping")
@@ -118,7 +121,7 @@ class TableMapping:
                 _one_of("speed_unit", data.get("speed_unit", "kn"), tuple(SpeedUnit))
             ),
         )
-        if mapping.missing:
+        if is_whole and mapping.missing:
             raise MappingError("columns", f"say which column holds {', '.join(mapping.missing)}")
         if mapping.decimal == mapping.delimiter:
             raise MappingError("decimal", "commas cannot both part the columns and the decimals")

@@ -78,13 +78,13 @@ def delimiter_of(lines: Sequence[str]) -> str:
     return DELIMITERS[0]
 
 
-def propose(lines: Sequence[str]) -> Proposal:
-    """Propose how to read a table from its first lines.
+def propose(lines: Sequence[str], delimiter: str | None = None) -> Proposal:
+    """Propose how to read a table from its first lines, parted by a delimiter if it is known.
 
     The mapping may lack required columns: see `TableMapping.missing`.
     """
     head = [line for line in lines if not is_comment(line) or is_header(line)][: SAMPLE_ROWS + 1]
-    delimiter = delimiter_of(head)
+    delimiter = delimiter or delimiter_of(head)
     rows = [split_row_or_nothing(line.lstrip("\ufeff"), delimiter) for line in head]
     header: list[str] = []
     if rows and not any(_NUMBER.fullmatch(cell) for cell in rows[0]):

@@ -5,6 +5,7 @@ from sqlalchemy.orm import Session
 from app.db import now
 from app.domain.accounting import Accounting
 from app.tables.ais import AisFile, AisPosition, Vessel
+from app.tables.ais_uploads import AisUpload
 from app.tables.calibration import (
     CalibrationPhoto,
     CalibrationSource,
@@ -105,7 +106,16 @@ def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]
     )
     session.add(feed)
     session.flush()
-    return {"file_id": file.id, "feed_id": feed.id, "mmsi": mmsi}
+    upload = AisUpload(
+        site_id=site.id,
+        sha256="0" * 64,
+        file_name=f"{marker}.nmea",
+        size_bytes=1,
+        workflow_id=f"{marker} upload",
+    )
+    session.add(upload)
+    session.flush()
+    return {"upload_id": upload.id, "file_id": file.id, "feed_id": feed.id, "mmsi": mmsi}
 
 
 def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) -> Image:

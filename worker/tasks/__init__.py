@@ -12,6 +12,7 @@ from app.jobs import JobRunner
 from app.storage import Storage
 from worker.tasks.calibrate import Calibrate
 from worker.tasks.export import MakeExport
+from worker.tasks.import_ais import ImportAis
 from worker.tasks.probe import ProbeModel
 from worker.tasks.reregister import Reregister
 from worker.tasks.run_pipeline import RunPipeline
@@ -28,6 +29,7 @@ def register_tasks(
         ProbeModel(runner, database, storage, settings),
         Reregister(runner, database, storage, settings),
         Calibrate(runner, database, storage, settings),
+        ImportAis(runner, database, storage, settings),
     )
     for task in tasks:
         runner.register(task.job, task.do, task.fail)

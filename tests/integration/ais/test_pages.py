@@ -15,13 +15,15 @@ Browsers = Callable[[User], TestClient]
 
 
 def test_import_and_look(browser_of: Browsers, admin: User) -> None:
-    """A recording sent by form appears with its counts, its file page and its vessel."""
+    """A recording that is here appears with its counts, its file page and its vessel."""
     browser = browser_of(admin)
     assert "No recordings yet" in browser.get("/ais").text
-    answer = browser.post("/ais", files={"file": ("elbe.csv", table())}, data={"site_id": ""})
+    sent = {"file": ("elbe.csv", table())}
+    assert browser.post("/api/v1/ais/files", files=sent).status_code == 201
+    answer = browser.post("/ais", files=sent, data={"site_id": ""})
     assert answer.status_code == 303
     shown = browser.get(answer.headers["location"]).text
-    assert "elbe.csv: 3 new positions, 0 static reports, 1 vessel." in shown
+    assert "Here already: elbe.csv: 3 new positions, 0 static reports, 1 vessel." in shown
     assert "ELBE 3" in browser.get("/ais?q=elbe").text
     assert "No vessel has" in browser.get("/ais?q=nobody").text
     assert "Types not used" in browser.get("/ais/files/1").text
@@ -56,6 +58,8 @@ def test_a_real_recording_without_times_is_explained(
     """Bare sentences cannot be dated; the file's page says so and what to do."""
     browser = browser_of(admin)
     data = (shared_dir / "real/ais/signalk_nais300_bare.log").read_bytes()
-    assert browser.post("/ais", files={"file": ("bare.log", data)}).status_code == 303
+    answer = browser.post("/ais", files={"file": ("bare.log", data)})
+    assert "No message can be dated" in browser.get(answer.headers["location"]).text
+    browser.post("/api/v1/ais/files", files={"file": ("bare.log", data)})
     assert "No message of this recording could be dated" in browser.get("/ais/files/1").text
     assert browser.get("/ais").status_code == 200

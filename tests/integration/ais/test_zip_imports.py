@@ -133,4 +133,4 @@ def test_the_page_names_the_entry(browser_of: Callable[[User], TestClient], admi
     answer = browser_of(admin).post("/ais", files={"file": ("month.zip", data)})
     assert answer.status_code == 422
     assert "notes.txt" in answer.text
-    assert "month.zip was not imported" in answer.text
+    assert "month.zip was not taken" in answer.text
