@@ -3,6 +3,7 @@ import type { components } from "../api-types";
 import { correctionOf } from "./correction";
 import type { DrawnPose } from "../viewer/overlay/pose-overlay";
 import { boundsOf, union, type Point, type Rect } from "../viewer/view";
+import { idText } from "../vessel-id";
 
 type Schemas = components["schemas"];
 export type Pose = Schemas["PoseOut"];
@@ -23,7 +24,7 @@ type MaybePoint = readonly number[] | null;
 
 export function vesselName(pose: Pose): string {
   const name = pose.vessel.name?.trim() ?? "";
-  return name === "" ? `MMSI ${pose.vessel.mmsi}` : name;
+  return name === "" ? idText(pose.vessel.mmsi) : name;
 }
 
 export function detectionRect({ detection }: Pose): Rect {

@@ -16,6 +16,7 @@ import {
   type SurroundingsStore,
 } from "./surroundings";
 import { MISSED_WORDS, outcomeInWords } from "./words";
+import type { VesselId } from "../vessel-id";
 
 /** Only who looks this long gets it: a reviewer in full flight needs the network for photographs. */
 const LINGER_MS = 150;
@@ -116,7 +117,7 @@ function horizon(camera: RunCamera): ReturnType<typeof horizonOf> {
   return horizonOf(worldCamera(camera), up - (camera.water_level_m - camera.origin.height_m));
 }
 
-function mmsiOf(pose: Pose): number {
+function mmsiOf(pose: Pose): VesselId {
   return correctionOf(pose)?.mmsi ?? pose.vessel.mmsi;
 }
 

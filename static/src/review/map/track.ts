@@ -1,5 +1,6 @@
 /** A vessel's way before and after an image (GET /ais/vessels/{mmsi}/track, GeoJSON). */
 import { call } from "../../api";
+import type { VesselId } from "../../vessel-id";
 
 export interface TrackPoint {
   readonly latDeg: number;
@@ -15,7 +16,7 @@ interface Feature {
 /** Minutes before and after the image. */
 const AROUND_MIN = 6;
 
-export async function loadTrack(mmsi: number, at: string): Promise<readonly TrackPoint[]> {
+export async function loadTrack(mmsi: VesselId, at: string): Promise<readonly TrackPoint[]> {
   const moment = new Date(at).getTime();
   const query = new URLSearchParams({
     from: new Date(moment - AROUND_MIN * 60_000).toISOString(),

@@ -4,6 +4,7 @@ import type { components } from "../../api-types";
 import type { Correction } from "../correction";
 import type { Pose } from "../pose";
 import type { FoundBox } from "../surroundings";
+import { idText, type VesselId } from "../../vessel-id";
 
 type Schemas = components["schemas"];
 /** `pose_id`: another box that this vessel has already. */
@@ -26,7 +27,7 @@ export async function loadCandidates(target: Target, runId: number): Promise<Can
 
 export async function rematchPose(
   pose: Pose,
-  mmsi: number,
+  mmsi: VesselId,
   version: number,
   idempotencyKey: string,
 ): Promise<Correction> {
@@ -41,7 +42,7 @@ export async function rematchPose(
 export async function makePose(
   box: FoundBox,
   runId: number,
-  mmsi: number,
+  mmsi: VesselId,
   idempotencyKey: string,
 ): Promise<Pose> {
   return (await call(`/api/v1/detections/${box.id}/poses`, {
@@ -52,7 +53,7 @@ export async function makePose(
 }
 
 /** The name a vessel goes by. */
-export function nameOf({ name, mmsi }: { name: string | null; mmsi: number }): string {
+export function nameOf({ name, mmsi }: { name: string | null; mmsi: VesselId }): string {
   const trimmed = name?.trim() ?? "";
-  return trimmed === "" ? `MMSI ${mmsi}` : trimmed;
+  return trimmed === "" ? idText(mmsi) : trimmed;
 }

@@ -21,6 +21,7 @@ import {
   type Target,
 } from "./candidates";
 import { RematchPanel } from "./rematch-panel";
+import type { VesselId } from "../../vessel-id";
 
 const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9] as const;
 /** A pointer this near, in pixels of the image, still means a candidate. */
@@ -282,7 +283,7 @@ export class RematchMode implements Mode {
     }
   }
 
-  private async matched(target: Target, mmsi: number, runId: number): Promise<Pose> {
+  private async matched(target: Target, mmsi: VesselId, runId: number): Promise<Pose> {
     if (target.kind === "detection") {
       return makePose(target.box, runId, mmsi, randomKey());
     }
