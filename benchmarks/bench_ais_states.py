@@ -17,8 +17,8 @@ Other recordings: `python -m benchmarks.bench_ais_states FILE...`.
 import sys
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from datetime import datetime
+from dataclasses import fields, replace
+from datetime import UTC, datetime, timedelta
 from math import cos, radians, sin
 from pathlib import Path
 from typing import NamedTuple
@@ -27,6 +27,7 @@ import numpy as np
 
 from app.ais.recording import Recording
 from app.domain.ais import MPS_PER_KN, FixTimeSource, PositionReport
+from app.domain.ais_bulk import PositionTable
 from app.domain.arrays import FloatArray
 from app.domain.local_metres import moved, offset_m
 from app.domain.track_headings import heading_at
@@ -34,9 +35,12 @@ from app.domain.track_places import turn_deg
 from app.domain.tracks import TrackMethod, TrackSettings, state_at
 from app.domain.vessel_state import HeadingSource, VesselState
 
-RECORDING = Path(__file__).resolve().parents[2] / "shared/real/ais/dma_5min_2013-11-12_pghp.nmea.gz"
+RECORDINGS = Path(__file__).resolve().parents[2] / "shared/real/ais"
+RECORDING = RECORDINGS / "dma_5min_2013-11-12_pghp.nmea.gz"
+UNSTEADY = RECORDINGS / "stonesoup_SolentAIS_20160112_130211.csv"
 LARGEST_BYTES = 1 << 30
 MOVING_KN = 0.5
+HISTORY = 12  # reports before the latest that a method may look at
 AGES_S = ((2, 10), (10, 30), (30, 60), (60, 180))
 SPEC_M = {
     TrackMethod.HEADING_DR: ((1.8, 11.7), (3.8, 14.8), (8.7, 37.6), (15.7, 88.5)),
@@ -60,15 +64,26 @@ def tracks_of(path: Path) -> list[list[PositionReport]]:
     """Return the moving vessels' prompt (or tabled) reports, one of each moment, oldest first."""
     by_vessel: dict[int, dict[datetime, PositionReport]] = defaultdict(dict)
     kept = {FixTimeSource.PROMPT, FixTimeSource.STATED}
-    with path.open("rb") as stream:
-        for report in Recording(stream, max_bytes=LARGEST_BYTES).reports():
-            if (
-                isinstance(report, PositionReport)
-                and report.fix_time_source in kept
-                and (report.sog_kn or 0.0) >= MOVING_KN
-            ):
-                by_vessel[report.mmsi][report.fix_time] = report
+    for report in positions_of(path):
+        if report.fix_time_source in kept and (report.sog_kn or 0.0) >= MOVING_KN:
+            by_vessel[report.mmsi][report.fix_time] = report
     return [[track[at] for at in sorted(track)] for track in by_vessel.values()]
+
+
+def positions_of(path: Path) -> Iterator[PositionReport]:
+    """Yield the positions of a recording, tables of them row by row."""
+    with path.open("rb") as stream:
+        for decoded in Recording(stream, max_bytes=LARGEST_BYTES).reports():
+            if isinstance(decoded, PositionReport):
+                yield decoded
+            elif isinstance(decoded, PositionTable):
+                columns = (getattr(decoded, field.name).tolist() for field in fields(decoded))
+                for mmsi, fix_us, received_us, *others in zip(*columns, strict=True):
+                    yield PositionReport(mmsi, _moment(fix_us), _moment(received_us), *others)
+
+
+def _moment(us_since_1970: int) -> datetime:
+    return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=us_since_1970)
 
 
 def held_out(
@@ -82,7 +97,7 @@ def held_out(
             age_s = (target.fix_time - track[start].fix_time).total_seconds()
             if ages_s[0] <= age_s < ages_s[1]:
                 after = [track[index + 1]] if method is TrackMethod.HERMITE else []
-                yield target, [*track[max(0, start - 1) : start + 1], *after]
+                yield target, [*track[max(0, start - HISTORY) : start + 1], *after]
                 break
 
 
@@ -94,7 +109,7 @@ def errors(
     with_headings = any(report.heading_deg is not None for track in tracks for report in track)
     for track in tracks:
         for target, reports in held_out(track, method, ages_s):
-            start = reports[-1] if len(reports) < 3 else reports[-2]
+            start = next(r for r in reversed(reports) if r.fix_time < target.fix_time)
             if with_headings and start.heading_deg is None:
                 continue  # the same reports for all methods
             state = state_at(reports, [], target.fix_time, settings)
@@ -167,8 +182,8 @@ def print_headings(path: Path) -> None:
 
 
 def main() -> None:
-    """Print the tables of the recordings named, or of the one that `spec` was measured on."""
-    for path in [Path(name) for name in sys.argv[1:]] or [RECORDING]:
+    """Print the tables of the recordings named, or of freighters (`spec`) and of pilot boats."""
+    for path in [Path(name) for name in sys.argv[1:]] or [RECORDING, UNSTEADY]:
         print_table(path)
         print_headings(path)
 

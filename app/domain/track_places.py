@@ -1,14 +1,15 @@
 """Carrying a vessel's reported place to the moment of an image, and how unsure that makes it.
 
 Each method bridges the seconds between reports and image in its own way, and its errors grow in its
-own way: along the course with the speed's error, across it with the course's. The rates are those
-of real traffic (five minutes of Danish waters, each report held out and estimated from the others),
-so that a place says honestly how far off it may be; `quaymark bench ais_states` checks them.
+own way: along the course with the speed's error, across it with the course's, and both with how
+unsteady the vessel was of late. The rates are those of real traffic (Danish freighters, pilot boats
+and yachts of the Solent, each report held out and estimated from the others), so that a place says
+honestly how far off it may be; `quaymark bench ais_states` checks them.
 """
 
 from collections.abc import Sequence
 from datetime import datetime
-from math import atan2, cos, degrees, exp, hypot, radians, sin
+from math import atan2, cos, degrees, exp, hypot, radians, sin, sqrt
 from typing import NamedTuple
 
 from app.domain.ais import MPS_PER_KN, FixTimeSource, PositionReport
@@ -22,13 +23,18 @@ _TIME_SIGMA_S = {
     FixTimeSource.DOUBTFUL: 3.0,
     FixTimeSource.STATED: 1.0,
 }
-# What a second of bridging adds to the sigmas along and across the course, m.
-_GROWTH_M_PER_S = {
-    TrackMethod.HEADING_DR: (0.14, 0.3),
-    TrackMethod.COG_DR: (0.14, 0.2),
-    TrackMethod.CTRV_DAMPED: (0.14, 0.2),
-    TrackMethod.HERMITE: (0.15, 0.1),
+# What a second of bridging adds to the sigmas along and across the course of a steady vessel, m,
+# and how much of its own unsteadiness.
+_GROWTH = {
+    TrackMethod.HEADING_DR: (0.08, 0.28, 0.7),
+    TrackMethod.COG_DR: (0.08, 0.12, 0.7),
+    TrackMethod.CTRV_DAMPED: (0.08, 0.12, 0.7),
+    TrackMethod.HERMITE: (0.12, 0.08, 0.5),
 }
+_UNKNOWN_UNSTEADINESS_MPS = 0.4
+# Reports so old tell how far off the vessel's course and speed led.
+_UNSTEADY_S = (10.0, 90.0)
+_UNSTEADY_REPORTS = 8
 _DAMPING_S = 20.0  # a turn dies away within so long
 _LONGEST_TURN_S = 30.0  # reports further apart do not tell how fast a ship turns now
 _FASTEST_TURN_DEG_S = 6.0
@@ -51,8 +57,9 @@ class Place(NamedTuple):
     turned_deg: float = 0.0  # how far the course turned while bridging
 
 
-def as_reported(report: PositionReport, at: datetime) -> Place | None:
-    """Leave a report where it is, its age to be applied along the heading (the paper)."""
+def as_reported(before: Sequence[PositionReport], at: datetime) -> Place | None:
+    """Leave the latest report where it is, its age to be applied along the heading (the paper)."""
+    report = before[-1]
     if report.sog_kn is None:
         return None
     age_s = (at - report.fix_time).total_seconds()
@@ -65,7 +72,7 @@ def as_reported(report: PositionReport, at: datetime) -> Place | None:
         (report,),
         TrackMethod.HEADING_DR,
         along_deg,
-        *_sigmas_m(TrackMethod.HEADING_DR, (report,), report.sog_kn, age_s),
+        *_sigmas_m(TrackMethod.HEADING_DR, before, (report,), report.sog_kn, age_s),
     )
 
 
@@ -93,13 +100,14 @@ def along_course(
         (report,),
         method,
         (report.cog_deg or 0.0) + turned_deg / 2,
-        *_sigmas_m(method, (report,), report.sog_kn, age_s),
+        *_sigmas_m(method, before, (report,), report.sog_kn, age_s),
         turned_deg,
     )
 
 
-def between(first: PositionReport, last: PositionReport, at: datetime) -> Place:
-    """Cubic Hermite between two reports, their velocities as tangents."""
+def between(before: Sequence[PositionReport], last: PositionReport, at: datetime) -> Place:
+    """Cubic Hermite between the latest report before and the next, their velocities as tangents."""
+    first = before[-1]
     span_s = (last.fix_time - first.fix_time).total_seconds()
     chord = offset_m(first.lat_deg, first.lon_deg, last.lat_deg, last.lon_deg)
     mean_mps = (chord[0] / span_s, chord[1] / span_s)
@@ -127,7 +135,7 @@ def between(first: PositionReport, last: PositionReport, at: datetime) -> Place:
         (first, last),
         TrackMethod.HERMITE,
         degrees(atan2(*mean_mps)),
-        *_sigmas_m(TrackMethod.HERMITE, (first, last), speed_kn, s * (1 - s) * span_s),
+        *_sigmas_m(TrackMethod.HERMITE, before, (first, last), speed_kn, s * (1 - s) * span_s),
     )
 
 
@@ -184,13 +192,36 @@ def _way_in_a_turn(
 
 
 def _sigmas_m(
-    method: TrackMethod, reports: tuple[PositionReport, ...], speed_kn: float, bridged_s: float
+    method: TrackMethod,
+    before: Sequence[PositionReport],
+    used: tuple[PositionReport, ...],
+    speed_kn: float,
+    bridged_s: float,
 ) -> tuple[float, float]:
     """One sigma along and across the course: the fixes' own, their moments', the bridging's."""
-    along_mps, cross_mps = _GROWTH_M_PER_S[method]
-    fix_m = max(report.position_sigma_m for report in reports)
-    time_s = max(_TIME_SIGMA_S[report.fix_time_source] for report in reports)
+    along_mps, cross_mps, share = _GROWTH[method]
+    own_mps = share * _unsteadiness_mps(before)
+    fix_m = max(report.position_sigma_m for report in used)
+    time_s = max(_TIME_SIGMA_S[report.fix_time_source] for report in used)
     return (
-        hypot(fix_m, speed_kn * MPS_PER_KN * time_s, along_mps * bridged_s),
-        hypot(fix_m, cross_mps * bridged_s),
+        hypot(fix_m, speed_kn * MPS_PER_KN * time_s, hypot(along_mps, own_mps) * bridged_s),
+        hypot(fix_m, hypot(cross_mps, own_mps) * bridged_s),
     )
+
+
+def _unsteadiness_mps(before: Sequence[PositionReport]) -> float:
+    """Return how fast a vessel lately went away from where its course and speed led, m/s.
+
+    A pilot boat that turns and stops is far harder to foretell than a freighter at sea.
+    """
+    latest, squares = before[-1], []
+    for report in before[-2 : -2 - _UNSTEADY_REPORTS : -1]:
+        span_s = (latest.fix_time - report.fix_time).total_seconds()
+        if span_s > _UNSTEADY_S[1]:
+            break
+        velocity = velocity_mps(report)
+        if span_s >= _UNSTEADY_S[0] and velocity is not None:
+            way = offset_m(report.lat_deg, report.lon_deg, latest.lat_deg, latest.lon_deg)
+            off_m = hypot(velocity[0] * span_s - way[0], velocity[1] * span_s - way[1])
+            squares.append((off_m / span_s) ** 2)
+    return sqrt(sum(squares) / len(squares)) if squares else _UNKNOWN_UNSTEADINESS_MPS

@@ -78,7 +78,7 @@ def state_at(
     if not before:
         return NoState.NO_REPORT
     if settings.method is TrackMethod.HERMITE and _spans(before[-1], after, settings):
-        place: Place | None = between(before[-1], after[0], at)
+        place: Place | None = between(before, after[0], at)
     else:
         if (at - before[-1].fix_time).total_seconds() > settings.max_age_s:
             return NoState.TOO_OLD
@@ -105,7 +105,7 @@ def _spans(
 def _carried(before: Sequence[PositionReport], at: datetime, asked: TrackMethod) -> Place | None:
     """Carry the latest report forward."""
     if asked is TrackMethod.HEADING_DR:
-        return as_reported(before[-1], at)
+        return as_reported(before, at)
     return along_course(before, at, TrackMethod.COG_DR if asked is TrackMethod.HERMITE else asked)
 
 

@@ -222,6 +222,17 @@ def test_a_creeping_vessel_heads_where_its_places_lead() -> None:
     assert reason([after(-20, **slow), after(20, **slow)], 0, HERMITE) is NoState.NO_HEADING
 
 
+def test_an_unsteady_vessel_is_foretold_less_surely() -> None:
+    """A vessel that did not go where its course led is spread wider than one that did."""
+    steady = [after(-30 + 10 * step, sog_kn=0.0) for step in range(4)]
+    wandering = [
+        replace(report, lat_deg=53.54 + 0.0005 * (step % 2)) for step, report in enumerate(steady)
+    ]
+    for settings in (PAPER, COURSE, TURNING):
+        sure, unsure = state(steady, 30, settings), state(wandering, 30, settings)
+        assert unsure.position_sigma_m > 2 * sure.position_sigma_m
+
+
 def test_hermite_without_a_later_report_goes_along_the_course() -> None:
     """With nothing after the image, or too far after it, the course carries the vessel on."""
     expected = state([REPORT], 10, COURSE)
