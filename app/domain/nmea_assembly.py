@@ -105,7 +105,7 @@ class FragmentAssembler:
         adopting: int | None = None
         for serial in reversed(tuple(self._by_key.get(key, ()))):
             message = self._open[serial]
-            if self._is_stale(message, sentence):
+            if self._is_stale(message, sentence, arrival):
                 self._orphan(serial)
                 continue
             present = message.parts.get(sentence.fragment_number)
@@ -117,7 +117,10 @@ class FragmentAssembler:
                 adopting = serial
         return self._start(key, sentence, arrival) if adopting is None else adopting
 
-    def _is_stale(self, message: _Open, sentence: Sentence) -> bool:
+    def _is_stale(self, message: _Open, sentence: Sentence, arrival: datetime | None) -> bool:
+        if arrival is not None and message.arrival is not None:
+            # Live, one clock times all parts; often only the first has the receiver's time too.
+            return arrival - message.arrival > _WINDOW
         if message.received_at is not None and sentence.received_at is not None:
             return abs(sentence.received_at - message.received_at) > _WINDOW
         return self._index - message.sentence_index > _WINDOW_SENTENCES
