@@ -7,7 +7,7 @@ counts as known only if its row was there before its part began. Imports take tu
 that of two with the same fixes the second finds those of the first.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import psycopg
@@ -17,28 +17,42 @@ from sqlalchemy.orm import Session
 
 from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
 
-Rows = Iterable[Sequence[tuple[Any, ...]]]
+Rows = Sequence[Sequence[tuple[Any, ...]]]
 
 _ROWS_REMOVED_AT_ONCE = 20_000
 _VESSELS_AT_ONCE = 1_000
 
 # The numbers of `app.domain.cells`. To an integer SQLite truncates and Postgres rounds.
-_SQLITE_POSITIONS = """
-INSERT INTO ais_positions (site_id, file_id, mmsi, fix_time, received_at, lat_deg,
-    lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min, message_type, ais_class, high_accuracy,
-    fix_time_source, cell)
-SELECT ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16,
-    CAST((?7 + 90) * 20 AS INTEGER) * 7201 + CAST((?8 + 180) * 20 AS INTEGER)
+_SQLITE_INTO_POSITIONS = """
+INSERT INTO ais_positions (mmsi, fix_time, received_at, lat_deg, lon_deg, sog_kn, cog_deg,
+    heading_deg, rot_deg_min, message_type, ais_class, high_accuracy, fix_time_source, cell,
+    site_id, file_id)
+"""
+_SQLITE_POSITION = """
+    ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13,
+    CAST((?4 + 90) * 20 AS INTEGER) * 7201 + CAST((?5 + 180) * 20 AS INTEGER),
+    {site_id}, {file_id}
+"""
+_SQLITE_ALL_POSITIONS = f"{_SQLITE_INTO_POSITIONS} VALUES ({_SQLITE_POSITION})"
+_SQLITE_NEW_POSITIONS = f"""{_SQLITE_INTO_POSITIONS} SELECT {_SQLITE_POSITION}
 WHERE NOT EXISTS (
     SELECT 1 FROM ais_positions
-    WHERE mmsi = ?4 AND fix_time = ?5 AND lat_deg = ?7 AND lon_deg = ?8
-        AND coalesce(site_id, 0) = coalesce(?2, 0) AND id <= ?1
+    WHERE mmsi = ?1 AND fix_time = ?2 AND lat_deg = ?4 AND lon_deg = ?5
+        AND coalesce(site_id, 0) = coalesce({{site_id}}, 0) AND id <= {{last_id}}
+)
+"""  # noqa: S608  made of the two pieces above
+_SQLITE_KNOWN_MEANWHILE = """
+SELECT EXISTS (
+    SELECT 1 FROM ais_positions INDEXED BY ix_ais_positions_time
+    WHERE fix_time BETWEEN ? AND ? AND id <= ?
 )
 """
+_SQLITE_CACHE = "PRAGMA cache_size = -32768"  # KiB, while rows are written; else SQLite's own
+_SQLITE_CACHE_AFTER = "PRAGMA cache_size = -2000"
 _SQLITE_STATICS = """
 INSERT INTO ais_statics (site_id, file_id, mmsi, received_at, name, callsign, imo, ship_type,
     to_bow_m, to_stern_m, to_port_m, to_starboard_m, mothership_mmsi)
-VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
+VALUES ({site_id}, {file_id}, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
 """
 _ARRIVING_POSITIONS = """
 CREATE TEMPORARY TABLE IF NOT EXISTS arriving_positions (
@@ -129,7 +143,9 @@ def add_positions(
     `last_id` is the last position's id before the part began.
     """
     if _is_sqlite(session):
-        return _insert_on_sqlite(session, _SQLITE_POSITIONS, (last_id, site_id, file_id), rows)
+        is_overlap = last_id > 0 and _is_known_meanwhile(session, last_id, rows)
+        statement = _SQLITE_NEW_POSITIONS if is_overlap else _SQLITE_ALL_POSITIONS
+        return _insert_on_sqlite(session, statement, site_id, file_id, rows, last_id=last_id)
     return _copy_on_postgres(
         session,
         (_ARRIVING_POSITIONS, _EMPTY_POSITIONS, _COPY_POSITIONS, _KEEP_POSITIONS),
@@ -141,7 +157,7 @@ def add_positions(
 def add_statics(session: Session, site_id: int | None, file_id: int, rows: Rows) -> int:
     """Add a part's static reports, in the order of `spool`'s tuples; return how many."""
     if _is_sqlite(session):
-        return _insert_on_sqlite(session, _SQLITE_STATICS, (site_id, file_id), rows)
+        return _insert_on_sqlite(session, _SQLITE_STATICS, site_id, file_id, rows)
     return _copy_on_postgres(
         session,
         (_ARRIVING_STATICS, _EMPTY_STATICS, _COPY_STATICS, _KEEP_STATICS),
@@ -183,14 +199,34 @@ def _is_sqlite(session: Session) -> bool:
     return session.get_bind().dialect.name == "sqlite"
 
 
+def _is_known_meanwhile(session: Session, last_id: int, rows: Rows) -> bool:
+    """Whether positions up to `last_id` are of the time of the rows.
+
+    If not, as for most recordings, no row has to be looked up by itself.
+    """
+    moments = [row[1] for batch in rows for row in batch]
+    found = session.connection().exec_driver_sql(
+        _SQLITE_KNOWN_MEANWHILE, (min(moments), max(moments), last_id)
+    )
+    return bool(found.scalar())
+
+
 def _insert_on_sqlite(
-    session: Session, statement: str, origin: tuple[int | None, ...], rows: Rows
+    session: Session,
+    statement: str,
+    site_id: int | None,
+    file_id: int,
+    rows: Rows,
+    **numbers: int,
 ) -> int:
+    """Insert rows as they are; what is the same in all stands in the statement itself."""
     connection = session.connection()
-    inserted = 0
-    for batch in rows:
-        result = connection.exec_driver_sql(statement, [origin + row for row in batch])
-        inserted += result.rowcount
+    connection.exec_driver_sql(_SQLITE_CACHE)
+    told = statement.format(
+        site_id="NULL" if site_id is None else site_id, file_id=file_id, **numbers
+    )
+    inserted = sum(connection.exec_driver_sql(told, list(batch)).rowcount for batch in rows)
+    connection.exec_driver_sql(_SQLITE_CACHE_AFTER)
     return inserted
 
 
