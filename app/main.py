@@ -20,6 +20,8 @@ from app.calibration import pages as calibration_pages
 from app.calibration import router as calibration
 from app.config import Settings, get_settings
 from app.db import Database
+from app.deletions import pages as deletion_pages
+from app.deletions import router as deletions
 from app.detectors import pages as detector_pages
 from app.detectors import router as detectors
 from app.evaluation import pages as evaluation_pages
@@ -36,6 +38,7 @@ from app.guideline import set_pages as calibration_set_pages
 from app.home import pages as home_pages
 from app.imagery import pages as imagery_pages
 from app.imagery import router as imagery
+from app.imports import pages as import_pages
 from app.imports import router as imports
 from app.jobs import JobClient
 from app.keeping import pages as keeping_pages
@@ -79,6 +82,7 @@ REST = (
     projection_table,
     guideline,
     exports,
+    deletions,
     keeping,
 )
 PAGES = (
@@ -92,6 +96,7 @@ PAGES = (
     calibration_pages,
     registration_editor,
     imagery_pages,
+    import_pages,
     ais_pages,
     ais_upload_pages,
     feed_pages,
@@ -103,6 +108,7 @@ PAGES = (
     guideline_pages,
     calibration_set_pages,
     export_pages,
+    deletion_pages,
     keeping_pages,
 )
 

@@ -6,6 +6,7 @@ from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.config import Settings
 from app.db import Database
+from app.deletions import actions as deletions
 from app.imagery import service
 from app.imagery.service import Upload
 from app.sites import actions as sites
@@ -46,6 +47,5 @@ def upload_image(
 
 
 def delete_image(session: Session, access: Access, image: Image) -> None:
-    """Hide an image."""
-    service.delete_image(session, image)
-    record(session, access, "delete", "image", image.id, image.site_id, sha256=image.sha256)
+    """Delete an image with its poses, for 30 days."""
+    deletions.delete(session, access, "image", image.id, image.site_id, image.file_name)

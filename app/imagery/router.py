@@ -86,7 +86,7 @@ def get_image(image_id: int, session: SessionDep, access: Reader) -> ImageOut:
 
 @router.delete("/images/{image_id:int}", status_code=204)
 def delete_image(image_id: int, session: SessionDep, access: Ingester) -> None:
-    """Hide an image; uploading the same bytes brings it back."""
+    """Delete an image; for 30 days restoring it or uploading the same bytes brings it back."""
     image = actions.image_for(session, access, Scope.INGEST, image_id)
     actions.delete_image(session, access, image)
 

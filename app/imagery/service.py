@@ -14,12 +14,12 @@ from typing import IO
 from sqlalchemy.orm import Session
 
 from app.config import Settings
-from app.db import Database, now
+from app.db import Database
 from app.errors import FieldError, Invalid, NotFound, TooLarge
 from app.imagery import photo, repository
 from app.imagery.captured import captured_at as moment_of
 from app.imagery.names import tidy
-from app.imagery.preview import make_preview
+from app.imagery.preview import WIDTHS_PX, make_preview
 from app.imagery.repository import ImageFilter
 from app.imagery.span import ImageSpan
 from app.paging import Paging
@@ -196,12 +196,6 @@ def hourly_counts(session: Session, camera_id: int) -> Sequence[tuple[str, int]]
     return repository.hourly_counts(session, camera_id)
 
 
-def delete_image(session: Session, image: Image) -> None:
-    """Hide an image; uploading the same bytes brings it back."""
-    image.deleted_at = now()
-    session.flush()
-
-
 def assign_viewports(session: Session, camera_id: int) -> None:
     """Give a camera's images their viewports anew, after the viewports' times have changed."""
     repository.assign_viewports(session, camera_id)
@@ -215,6 +209,16 @@ def open_file(storage: Storage, image: Image) -> IO[bytes]:
 def preview(storage: Storage, image: Image, width_px: int) -> bytes:
     """Return a JPEG of one of the fixed widths, made on first use."""
     return storage.derived(
-        f"previews/{image.sha256[:2]}/{image.sha256}-{width_px}.jpg",
+        _preview_name(image.sha256, width_px),
         lambda: make_preview(storage.read(image.sha256), image.media_type, width_px),
     )
+
+
+def forget_previews(storage: Storage, sha256: str) -> int:
+    """Remove the previews that were made of some bytes; returns how many."""
+    names = (_preview_name(sha256, width_px) for width_px in WIDTHS_PX)
+    return sum(storage.remove_derived(name) for name in names)
+
+
+def _preview_name(sha256: str, width_px: int) -> str:
+    return f"previews/{sha256[:2]}/{sha256}-{width_px}.jpg"

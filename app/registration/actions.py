@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session
 from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.db import Database
+from app.deletions import actions as deletions
 from app.registration import service
 from app.registration.schemas import KeypointsIn, RegistrationIn, ViewportIn, ViewportPatch
 from app.registration.solving import solve
@@ -42,10 +43,9 @@ def update_viewport(
 
 
 def delete_viewport(session: Session, access: Access, viewport: Viewport) -> None:
-    """Remove a viewport without runs."""
+    """Delete a viewport with its keypoints, registrations and runs, for 30 days."""
     site_id = viewport.camera.site_id
-    service.delete_viewport(session, viewport)
-    record(session, access, "delete", "viewport", viewport.id, site_id, name=viewport.name)
+    deletions.delete(session, access, "viewport", viewport.id, site_id, viewport.name)
 
 
 def replace_keypoints(

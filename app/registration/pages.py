@@ -108,23 +108,6 @@ def update_viewport(
     return RedirectResponse(f"/viewports/{viewport_id}", status_code=303)
 
 
-@router.post("/viewports/{viewport_id:int}/delete")
-def delete_viewport(
-    request: Request, viewport_id: int, database: DatabaseDep, access: Registrar
-) -> Response:
-    """Remove a viewport without runs."""
-    try:
-        with database.writing() as session:
-            viewport = actions.viewport_for(session, access, Scope.REGISTER, viewport_id)
-            actions.delete_viewport(session, access, viewport)
-    except ENTRY_ERRORS as error:
-        with database.reading() as session:
-            viewport = actions.viewport_for(session, access, Scope.REGISTER, viewport_id)
-            form = Form(_values(viewport), message=error.detail)
-            return _form_page(request, viewport.camera, viewport, form, error.status)
-    return RedirectResponse(f"/cameras/{viewport.camera_id}", status_code=303)
-
-
 @router.post("/viewports/{viewport_id:int}/keypoints")
 def replace_keypoints(
     request: Request,

@@ -9,7 +9,6 @@ from sqlalchemy.orm import Session, contains_eager
 from app.db import find
 from app.paging import Paging, fetch_page
 from app.tables.registration import Keypoint, Landmark, Registration
-from app.tables.runs import Run
 from app.tables.sites import Camera, Viewport
 
 
@@ -152,13 +151,3 @@ def newest_by_method(session: Session, viewport_id: int) -> Sequence[Registratio
     return session.scalars(
         sa.select(Registration).where(Registration.id.in_(newest)).order_by(Registration.id.desc())
     ).all()
-
-
-def count_runs(session: Session, viewport_id: int) -> int:
-    """Count a viewport's runs."""
-    return (
-        session.scalar(
-            sa.select(sa.func.count()).select_from(Run).where(Run.viewport_id == viewport_id)
-        )
-        or 0
-    )

@@ -86,7 +86,7 @@ def update_viewport(
 def delete_viewport(
     viewport_id: int, request: Request, session: SessionDep, access: Registrar
 ) -> None:
-    """Remove a viewport without runs."""
+    """Delete a viewport with its registrations and runs; it can be restored for 30 days."""
     viewport = actions.viewport_for(session, access, Scope.REGISTER, viewport_id)
     if "if-match" in request.headers:
         check_if_match(request, viewport.version)

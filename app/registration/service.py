@@ -102,20 +102,6 @@ def _words(moment: datetime | None, otherwise: str) -> str:
     return otherwise if moment is None else f"{moment:%Y-%m-%d %H:%M:%S} UTC"
 
 
-def delete_viewport(session: Session, viewport: Viewport) -> None:
-    """Remove a viewport with its keypoints and registrations. Raises Conflict while it has runs."""
-    count = repository.count_runs(session, viewport.id)
-    if count:
-        raise Conflict(
-            f"this viewport has {count} runs, whose poses rest on its registrations; end its "
-            "validity (valid_until) instead of deleting it"
-        )
-    camera_id = viewport.camera_id
-    session.delete(viewport)
-    session.flush()
-    imagery.assign_viewports(session, camera_id)
-
-
 def keypoints_of(session: Session, viewport_id: int) -> Sequence[Keypoint]:
     """Return a viewport's keypoints."""
     return repository.keypoints(session, viewport_id)

@@ -17,8 +17,8 @@ from app.db import now
 from app.domain.detection import Detection as DetectedBox
 from app.runs.inheritance_repository import inherit
 from app.sites.water import Level
-from app.tables.detection import Detection, DetectionSet, Model
 from app.tables.deletion import WITH_DELETED
+from app.tables.detection import Detection, DetectionSet, Model
 from app.tables.imagery import Image
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
 from app.tables.sites import Site

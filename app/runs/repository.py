@@ -23,6 +23,7 @@ POSE_METHODS = (RegistrationMethod.PNP, RegistrationMethod.GIVEN, RegistrationMe
 class Counts:
     """How far a run is."""
 
+    images_total: int
     images_done: int
     images_failed: int
     detections: int
@@ -175,6 +176,7 @@ def counts(session: Session, run_ids: Collection[int]) -> Mapping[int, Counts]:
                 sa.func.count(RunImage.done_at),
                 sa.func.count(RunImage.error),
                 sa.func.max(RunImage.done_at),
+                sa.func.count(),
             )
             .where(RunImage.run_id.in_(run_ids))
             .group_by(RunImage.run_id)
@@ -201,8 +203,9 @@ def counts(session: Session, run_ids: Collection[int]) -> Mapping[int, Counts]:
     )
     found = {}
     for run_id in run_ids:
-        _, done, failed, last = images.get(run_id, (run_id, 0, 0, None))
+        _, done, failed, last, total = images.get(run_id, (run_id, 0, 0, None, 0))
         found[run_id] = Counts(
+            images_total=total,
             images_done=done,
             images_failed=failed,
             detections=detections.get(run_id, 0),

@@ -18,7 +18,7 @@ from app.db import Database
 from app.dependencies import DatabaseDep, JobsDep, Page, PagingDep, SessionDep
 from app.errors import NotFound, looked_up_by
 from app.ids import RowId
-from app.runs import service
+from app.runs import actions, service
 from app.runs.schemas import RunIn, RunOut
 from app.sites import service as sites
 from app.tables.runs import Run
@@ -104,6 +104,13 @@ def start_again(
     record(session, access, "start", "run", run.id, site_id=run.site_id, like=old.id)
     response.headers["Location"] = f"/api/v1/runs/{run.id}"
     return RunOut.of(run, service.progress(session, run))
+
+
+@router.delete("/runs/{run_id}", status_code=204)
+def delete_run(run_id: int, session: SessionDep, access: Operator) -> None:
+    """Delete an ended run with its poses and reviews; it can be restored for 30 days."""
+    run = actions.run_for(session, access, Scope.INGEST, run_id)
+    actions.delete_run(session, access, run)
 
 
 def _shown(session: Session, run: Run) -> RunOut:

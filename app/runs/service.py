@@ -210,11 +210,11 @@ def with_progress(session: Session, runs: Sequence[Run]) -> list[tuple[Run, Prog
 
 def _progress(run: Run, counts: repository.Counts, newest_registration_id: int) -> Progress:
     rate = _rate_per_s(run, counts.images_done, counts.last_done_at)
-    left = run.image_count - counts.images_done
+    left = counts.images_total - counts.images_done
     return Progress(
         status=run.status,
         images_done=counts.images_done,
-        images_total=run.image_count,
+        images_total=counts.images_total,
         images_failed=counts.images_failed,
         images_per_s=rate,
         remaining_s=left / rate if rate and run.status not in ENDED else None,

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope
 from app.auth.audit import record
+from app.deletions import actions as deletions
 from app.sites import service
 from app.sites.schemas import CameraIn, CameraPatch, SiteIn, SitePatch
 from app.tables.sites import Camera, Site
@@ -44,9 +45,8 @@ def update_site(session: Session, access: Access, site: Site, data: SitePatch) -
 
 
 def delete_site(session: Session, access: Access, site: Site) -> None:
-    """Remove an empty site."""
-    service.delete_site(session, site)
-    record(session, access, "delete", "site", site.id, site.id, name=site.name)
+    """Delete a site with all that belongs to it, for 30 days."""
+    deletions.delete(session, access, "site", site.id, site.id, site.name)
 
 
 def create_camera(session: Session, access: Access, data: CameraIn) -> Camera:
@@ -66,6 +66,5 @@ def update_camera(session: Session, access: Access, camera: Camera, data: Camera
 
 
 def delete_camera(session: Session, access: Access, camera: Camera) -> None:
-    """Remove an empty camera."""
-    service.delete_camera(session, camera)
-    record(session, access, "delete", "camera", camera.id, camera.site_id, name=camera.name)
+    """Delete a camera with all that belongs to it, for 30 days."""
+    deletions.delete(session, access, "camera", camera.id, camera.site_id, camera.name)

@@ -82,20 +82,6 @@ def update_camera(
     return RedirectResponse(f"/cameras/{camera_id}", status_code=303)
 
 
-@router.post("/cameras/{camera_id:int}/delete")
-def delete_camera(
-    request: Request, camera_id: int, database: DatabaseDep, access: Registrar
-) -> Response:
-    """Remove an empty camera."""
-    try:
-        with database.writing() as session:
-            camera = actions.camera_for(session, access, Scope.REGISTER, camera_id)
-            actions.delete_camera(session, access, camera)
-    except ENTRY_ERRORS as error:
-        return _edit_again(request, database, access, camera_id, None, error.status, error.detail)
-    return RedirectResponse(f"/sites/{camera.site_id}", status_code=303)
-
-
 def _typed(entered: dict[str, str]) -> dict[str, Any]:
     """Return a form's fields with the distortion's terms as a list."""
     terms = [term for term in re.split(r"[\s,;]+", entered.get("distortion", "")) if term]

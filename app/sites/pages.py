@@ -121,22 +121,6 @@ def update_site(
     return RedirectResponse(f"/sites/{site_id}", status_code=303)
 
 
-@router.post("/sites/{site_id:int}/delete")
-def delete_site(
-    request: Request, site_id: int, database: DatabaseDep, access: Administrator
-) -> Response:
-    """Remove an empty site."""
-    try:
-        with database.writing() as session:
-            site = actions.site_for(session, access, Scope.ADMIN, site_id)
-            actions.delete_site(session, access, site)
-    except ENTRY_ERRORS as error:
-        with database.reading() as session:
-            site = actions.site_for(session, access, Scope.ADMIN, site_id)
-        return _form_page(request, site, Form(_values(site), message=error.detail), error.status)
-    return RedirectResponse("/sites", status_code=303)
-
-
 def _edit_again(
     request: Request, database: Database, access: Access, site_id: int, form: Form, status: int
 ) -> Response:

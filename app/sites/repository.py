@@ -85,29 +85,9 @@ def count_registrations(session: Session, site_id: int) -> int:
     )
 
 
-def count_images(
-    session: Session, *, site_id: int | None = None, camera_id: int | None = None
-) -> int:
-    """Count the images, not the deleted ones, of a site or a camera."""
-    statement = sa.select(sa.func.count()).select_from(Image).where(Image.deleted_at.is_(None))
-    if site_id is not None:
-        statement = statement.where(Image.site_id == site_id)
-    if camera_id is not None:
-        statement = statement.where(Image.camera_id == camera_id)
-    return session.scalar(statement) or 0
-
-
-def count_runs(
-    session: Session, *, site_id: int | None = None, camera_id: int | None = None
-) -> int:
-    """Count the runs of a site or a camera."""
-    statement = sa.select(sa.func.count()).select_from(Run)
-    if site_id is not None:
-        statement = statement.where(Run.site_id == site_id)
-    if camera_id is not None:
-        statement = statement.join(Viewport, Run.viewport_id == Viewport.id).where(
-            Viewport.camera_id == camera_id
-        )
+def count_images(session: Session, camera_id: int) -> int:
+    """Count the images of a camera."""
+    statement = sa.select(sa.func.count()).select_from(Image).where(Image.camera_id == camera_id)
     return session.scalar(statement) or 0
 
 

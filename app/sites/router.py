@@ -62,7 +62,7 @@ def update_site(
 
 @router.delete("/sites/{site_id:int}", status_code=204, tags=["sites"])
 def delete_site(site_id: int, request: Request, session: SessionDep, access: Administrator) -> None:
-    """Remove a site without images or runs."""
+    """Delete a site with its cameras, images and runs; it can be restored for 30 days."""
     site = actions.site_for(session, access, Scope.ADMIN, site_id)
     if "if-match" in request.headers:
         check_if_match(request, site.version)
@@ -120,7 +120,7 @@ def update_camera(
 
 @router.delete("/cameras/{camera_id:int}", status_code=204, tags=["cameras"])
 def delete_camera(camera_id: int, request: Request, session: SessionDep, access: Registrar) -> None:
-    """Remove a camera without images or runs."""
+    """Delete a camera with its images and runs; it can be restored for 30 days."""
     camera = actions.camera_for(session, access, Scope.REGISTER, camera_id)
     if "if-match" in request.headers:
         check_if_match(request, camera.version)

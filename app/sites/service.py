@@ -110,17 +110,6 @@ def _move_origin(session: Session, site: Site, data: SitePatch) -> None:
     site.origin_lat_deg, site.origin_lon_deg, site.origin_height_m = new
 
 
-def delete_site(session: Session, site: Site) -> None:
-    """Remove a site with its cameras and AIS. Raises Conflict while it has images or runs."""
-    _refuse_while_used(
-        "site",
-        repository.count_images(session, site_id=site.id),
-        repository.count_runs(session, site_id=site.id),
-    )
-    session.delete(site)
-    session.flush()
-
-
 def create_camera(session: Session, data: CameraIn) -> Camera:
     """Make a camera. Raises NotFound (site), Conflict (name)."""
     site = get_site(session, data.site_id)
@@ -143,7 +132,7 @@ def update_camera(session: Session, camera: Camera, data: CameraPatch) -> Camera
     """Change a camera. Raises Conflict for a taken name or a size its images do not have."""
     size = (data.width_px or camera.width_px, data.height_px or camera.height_px)
     if size != (camera.width_px, camera.height_px):
-        count = repository.count_images(session, camera_id=camera.id)
+        count = repository.count_images(session, camera.id)
         if count:
             raise Conflict(
                 f"{count} images of this camera are {camera.width_px} x {camera.height_px} px, so "
@@ -156,25 +145,6 @@ def update_camera(session: Session, camera: Camera, data: CameraPatch) -> Camera
             setattr(camera, field, value)
     flush_named(session, f"this site already has a camera named {camera.name!r}")
     return camera
-
-
-def delete_camera(session: Session, camera: Camera) -> None:
-    """Remove a camera with its viewports. Raises Conflict while it has images or runs."""
-    _refuse_while_used(
-        "camera",
-        repository.count_images(session, camera_id=camera.id),
-        repository.count_runs(session, camera_id=camera.id),
-    )
-    session.delete(camera)
-    session.flush()
-
-
-def _refuse_while_used(what: str, images: int, runs: int) -> None:
-    if images or runs:
-        raise Conflict(
-            f"this {what} still has {images} images and {runs} runs; what was generated from it "
-            "would lose its origin, so only an empty one can be deleted"
-        )
 
 
 def flush_named(session: Session, taken: str) -> None:

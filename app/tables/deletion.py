@@ -97,16 +97,10 @@ def _belongs_to_visible(column: Any, table: sa.Table) -> sa.ColumnElement[bool]:
     return sa.or_(column.is_(None), column.not_in(hidden))
 
 
-class _Visibility:
-    """Gives `cls.is_visible`, whatever class or alias is asked."""
-
-    def __get__(self, _row: object, owner: type[Any]) -> sa.ColumnElement[bool]:
-        return _is_visible(owner)
-
-
-Base.is_visible = _Visibility()
+# A class method, because only such are asked of an alias too.
+Base.is_visible = classmethod(_is_visible)
 _HIDE = with_loader_criteria(
-    Base, lambda row: row.is_visible, include_aliases=True, propagate_to_loaders=False
+    Base, lambda row: row.is_visible(), include_aliases=True, propagate_to_loaders=False
 )
 
 

@@ -3,6 +3,7 @@
 from sqlalchemy.orm import Session
 
 from app.db import now
+from app.deletions import service as deletions
 from app.domain.accounting import Accounting
 from app.tables.ais import AisFile, AisPosition, Vessel
 from app.tables.ais_uploads import AisUpload
@@ -14,8 +15,8 @@ from app.tables.calibration import (
 )
 from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.exports import Export
-from app.tables.groundtruth import GroundTruthBox, VesselClass
 from app.tables.feeds import AisFeed, FeedKind
+from app.tables.groundtruth import GroundTruthBox, VesselClass
 from app.tables.imagery import CaptureTimeSource, Image
 from app.tables.imports import ImageImport, ImportFile
 from app.tables.notes import Comment
@@ -68,8 +69,19 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     session.flush()
     run_ids = _run(session, site, viewport, image, marker, mmsi)
     turned = make_turned(session, viewport, image, run_ids["registration_id"], marker)
+    turned |= _deleted(session, camera, marker)
     ids |= _import(session, camera, marker)
     return ids | {"image_id": image.id, "box_id": box.id} | run_ids | turned
+
+
+def _deleted(session: Session, camera: Camera, marker: str) -> dict[str, int]:
+    viewport = Viewport(camera_id=camera.id, name=f"{marker} former viewport")
+    session.add(viewport)
+    session.flush()
+    deletion = deletions.delete(
+        session, "viewport", [viewport.id], site_id=camera.site_id, label=viewport.name
+    )
+    return {"deletion_id": deletion.id}
 
 
 def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]:

@@ -6,7 +6,6 @@ from starlette.testclient import TestClient
 
 from app.db import Database
 from app.tables.identity import Role, User
-from tests.factories.imagery import make_image
 from tests.factories.sites import make_camera, make_site
 from tests.integration.conftest import MakeUser
 
@@ -90,22 +89,6 @@ def test_an_edit_of_an_old_version_is_refused(
     emptied = CAMERA | {"name": "North", "version": "2"}
     assert browser.post(f"/cameras/{camera.id}", data=emptied).status_code == 303
     assert "common patterns" in browser.get(f"/cameras/{camera.id}").text
-
-
-def test_what_is_in_use_is_not_deleted(browser_of: Browse, admin: User, database: Database) -> None:
-    """Deleting a camera with images says why not; an empty one goes."""
-    with database.writing() as session:
-        used = make_camera(session, make_site(session))
-        make_image(session, used)
-        empty = make_camera(session, make_site(session))
-    browser = browser_of(admin)
-    for path in (f"/cameras/{used.id}", f"/sites/{used.site_id}"):
-        refused = browser.post(f"{path}/delete")
-        assert refused.status_code == 409
-        assert "still has 1 images" in refused.text
-    for path in (f"/cameras/{empty.id}", f"/sites/{empty.site_id}"):
-        assert browser.post(f"{path}/delete").status_code == 303
-        assert browser.get(path).status_code == 404
 
 
 def test_pages_show_only_what_one_may_see_and_do(

@@ -1,0 +1,1 @@
+"""Deleting sites, cameras, viewports, images and runs for a while, and for good."""

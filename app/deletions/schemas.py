@@ -1,0 +1,61 @@
+"""Shapes of deletions in REST."""
+
+from datetime import datetime
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict
+
+from app.deletions import service
+from app.tables.deletion import Deletion
+
+Entity = Literal["site", "camera", "viewport", "run", "image"]
+
+
+class ExtentOut(BaseModel):
+    """What would go along with something that is deleted, counted by kind."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"entity": "run", "id": 4, "counts": {"poses": 112}}]}
+    )
+
+    entity: Entity
+    id: int
+    counts: dict[str, int]
+
+
+class DeletionOut(BaseModel):
+    """Something that was deleted with what belongs to it, and until when it can come back."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "id": 3,
+                    "entity": "camera",
+                    "entity_id": 2,
+                    "site_id": 1,
+                    "label": "Camera Gable",
+                    "counts": {"images": 40, "viewports": 2},
+                    "deleted_at": "2026-11-22T10:00:05Z",
+                    "gone_at": "2026-12-22T10:00:05Z",
+                }
+            ]
+        }
+    )
+
+    id: int
+    entity: str
+    entity_id: int | None
+    site_id: int
+    label: str
+    counts: dict[str, int]
+    deleted_at: datetime
+    gone_at: datetime
+
+    @classmethod
+    def of(cls, deletion: Deletion) -> Self:
+        """Show a row."""
+        names = [name for name in cls.model_fields if name != "gone_at"]
+        return cls(
+            gone_at=service.gone_at(deletion), **{name: getattr(deletion, name) for name in names}
+        )
