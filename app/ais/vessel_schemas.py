@@ -25,6 +25,7 @@ class PositionOut(BaseModel):
     id: int
     site_id: int | None
     file_id: int | None
+    feed_id: int | None
     mmsi: Told
     fix_time: datetime
     received_at: datetime
