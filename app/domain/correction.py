@@ -10,6 +10,7 @@ corrections are subtracted (printed plus signs would double the gap), and the to
 along delta's normal, not along the vertical.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,29 +41,36 @@ class EdgePlanes:
         return np.asarray((points_in_world - self.center_in_world) @ normal, dtype=np.float64)
 
 
-def edge_planes(camera: Camera, detection: Detection, up_in_world: FloatArray) -> EdgePlanes:
-    """Build alpha, beta, gamma, delta from a detection and the vessel's z_v.
+def edge_planes(
+    camera: Camera, detections: Sequence[Detection], ups_in_world: Sequence[FloatArray]
+) -> list[EdgePlanes]:
+    """Build alpha, beta, gamma, delta from each detection and its vessel's z_v.
 
-    Raises ValueError when a corner of the box has no line of sight (beyond the lens's range).
+    Raises ValueError when a corner of a box has no line of sight (beyond the lens's range).
     """
-    x1, y1, x2, y2 = detection.x1_px, detection.y1_px, detection.x2_px, detection.y2_px
-    top_left, bottom_left, top_right, bottom_right = camera.rays(
-        [[x1, y1], [x1, y2], [x2, y1], [x2, y2]]
+    corners = [
+        [(d.x1_px, d.y1_px), (d.x1_px, d.y2_px), (d.x2_px, d.y1_px), (d.x2_px, d.y2_px)]
+        for d in detections
+    ]
+    rays = camera.rays(np.array(corners).reshape(-1, 2)).reshape(-1, 4, 3)
+    top_left, bottom_left, top_right, bottom_right = np.swapaxes(rays, 0, 1)
+    up = np.array(ups_in_world).reshape(-1, 3)
+    normals = np.stack(
+        [
+            np.cross(up, bottom_left),
+            np.cross(up, bottom_right),
+            np.cross(bottom_left, bottom_right),
+            np.cross(top_left, top_right),
+        ],
+        axis=1,
     )
-    planes = EdgePlanes(
-        center_in_world=camera.center_in_world,
-        alpha=_unit(np.cross(up_in_world, bottom_left)),
-        beta=_unit(np.cross(up_in_world, bottom_right)),
-        gamma=_unit(np.cross(bottom_left, bottom_right)),
-        delta=_unit(np.cross(top_left, top_right)),
-    )
-    normals = np.vstack([planes.alpha, planes.beta, planes.gamma, planes.delta])
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     if not np.isfinite(normals).all():
         raise ValueError(
             "a corner of the detection lies where the lens distortion is not one-to-one: "
             "check the camera's distortion coefficients"
         )
-    return planes
+    return [EdgePlanes(camera.center_in_world, *four) for four in normals]
 
 
 def correction_in_world(
@@ -94,10 +102,15 @@ def height_m(planes: EdgePlanes, bottom_corners_in_world: FloatArray) -> float:
     return float(planes.distances_m(planes.delta, bottom_corners_in_world).min())
 
 
-def paper_box(camera: Camera, sighting: Sighting) -> VesselBox:
-    """Build the box of a sighting as published (paper, b1 to b8)."""
+def paper_boxes(camera: Camera, sightings: Sequence[Sighting]) -> list[VesselBox]:
+    """Build the boxes of sightings as published (paper, b1 to b8)."""
+    ups = [sighting.candidate.segment.vessel_axes_in_world[2] for sighting in sightings]
+    planes = edge_planes(camera, [sighting.detection for sighting in sightings], ups)
+    return [_paper_box(*one) for one in zip(sightings, planes, strict=True)]
+
+
+def _paper_box(sighting: Sighting, planes: EdgePlanes) -> VesselBox:
     segment = sighting.candidate.segment
-    planes = edge_planes(camera, sighting.detection, segment.vessel_axes_in_world[2])
     bottom = segment.corners_in_world + correction_in_world(
         planes, segment.corners_in_world, sighting.cut
     )
@@ -110,7 +123,3 @@ def paper_box(camera: Camera, sighting: Sighting) -> VesselBox:
         height_m=height,
         water_level_m=sighting.water_level_m,
     )
-
-
-def _unit(vector: FloatArray) -> FloatArray:
-    return np.asarray(vector / np.linalg.norm(vector), dtype=np.float64)

@@ -7,6 +7,8 @@ ship beside the field of view would fold onto the picture. The model is therefor
 where it is one-to-one, from the centre out to the radius at which it stops growing.
 """
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 
@@ -22,6 +24,8 @@ def distort(distortion: FloatArray, points: FloatArray) -> FloatArray:
 
     `distortion` is (5,) in OpenCV's order. Rows where the model is not one-to-one become NaN.
     """
+    if not distortion.any():
+        return points.copy()
     moved = _moved(distortion, points)
     r2 = (points**2).sum(axis=1)
     jacobian = distortion_jacobian(distortion, points)
@@ -70,7 +74,13 @@ def distortion_jacobian(distortion: FloatArray, points: FloatArray) -> FloatArra
 
 def one_to_one_radius(distortion: FloatArray) -> float:
     """Radius on the normalised plane at which the radial polynomial stops growing, or infinity."""
-    k1, k2, _, _, k3 = distortion
+    k1, k2, _, _, k3 = distortion.tolist()
+    return _turning_radius(k1, k2, k3)
+
+
+@lru_cache(maxsize=64)
+def _turning_radius(k1: float, k2: float, k3: float) -> float:
+    # Cached: a camera keeps its lens, and looking for roots takes longer than projecting a ship.
     # d/dr (r + k1 r^3 + k2 r^5 + k3 r^7) as a polynomial in r^2, highest power first.
     roots = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])
     turning = roots[(np.abs(roots.imag) < 1e-12) & (roots.real > 0)].real

@@ -16,7 +16,7 @@ from app.domain.arrays import FloatArray
 from app.domain.borders import CutEdges
 from app.domain.camera import Camera
 from app.domain.candidates import UnmatchedReason
-from app.domain.correction import paper_box
+from app.domain.correction import paper_boxes
 from app.domain.detection import Detection
 from app.domain.fusion_settings import FusionSettings, MatchingMethod, Preset
 from app.domain.geodesy import WorldFrame
@@ -117,16 +117,21 @@ def fuse_series(
     """
     matched = match_images(camera, frame, images, settings)
     poses: list[list[FusedPose]] = [[] for _ in images]
-    if settings.preset is Preset.PAPER:
-        for found, image in zip(poses, matched, strict=True):
-            found += [_pose(camera, pair, paper_box(camera, pair)) for pair in image.pairs]
-    else:
-        for window in windows(images, settings.level_window_s):
-            of_image = [(index, pair) for index in window for pair in matched[index].pairs]
-            sightings = [pair for _, pair in of_image]
-            boxes = waterline_boxes(camera, sightings, settings)
-            for (index, pair), box in zip(of_image, boxes, strict=True):
-                poses[index].append(_pose(camera, pair, box))
+    together = (
+        [list(range(len(images)))]
+        if settings.preset is Preset.PAPER
+        else windows(images, settings.level_window_s)
+    )
+    for window in together:
+        of_image = [(index, pair) for index in window for pair in matched[index].pairs]
+        pairs = [pair for _, pair in of_image]
+        boxes = (
+            paper_boxes(camera, pairs)
+            if settings.preset is Preset.PAPER
+            else waterline_boxes(camera, pairs, settings)
+        )
+        for (index, _), pose in zip(of_image, _poses(camera, pairs, boxes), strict=True):
+            poses[index].append(pose)
     return [
         _accounted(image, found, result)
         for image, found, result in zip(images, poses, matched, strict=True)
@@ -162,21 +167,61 @@ def pose_flags(cut: CutEdges, state: VesselState, box_height_m: float) -> list[s
     return [*(flag for flag, holds in conditions.items() if holds), *state.flags]
 
 
-def _pose(camera: Camera, pair: Sighting, box: VesselBox) -> FusedPose:
-    """Say all there is to say of the box that stands where a pair was found."""
+def _poses(
+    camera: Camera, pairs: Sequence[Sighting], boxes: Sequence[VesselBox]
+) -> list[FusedPose]:
+    """Say all there is to say of the boxes that stand where pairs were found."""
+    if not pairs:
+        return []
+    bottom = np.array([box.bottom_in_world for box in boxes])
+    raised = np.array([box.top_from_bottom_m for box in boxes])
+    segments = [pair.candidate.segment for pair in pairs]
+    points = np.concatenate(
+        [
+            bottom,
+            bottom + raised[:, None],
+            [segment.reported_corners_in_world for segment in segments],
+            [segment.corners_in_world for segment in segments],
+        ],
+        axis=1,
+    )
+    pixels = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
+    centroids = points[:, :8].mean(axis=1)
+    in_cam = camera.to_cam(centroids)
+    return [
+        _pose(camera, pair, box, _Placed(corners, centroid, centroid_in_cam, shown))
+        for pair, box, corners, centroid, centroid_in_cam, shown in zip(
+            pairs, boxes, points[:, :8], centroids, in_cam, pixels, strict=True
+        )
+    ]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Placed:
+    """A box's corners (8, 3) and their mean (3,) in the world, the latter in the camera too.
+
+    `pixels` (16, 2) are those of its corners, of the reported and of the dead-reckoned segment.
+    """
+
+    corners: FloatArray
+    centroid: FloatArray
+    centroid_in_cam: FloatArray
+    pixels: FloatArray
+
+
+def _pose(camera: Camera, pair: Sighting, box: VesselBox, placed: _Placed) -> FusedPose:
     candidate, segment = pair.candidate, pair.candidate.segment
-    corners = np.vstack([box.bottom_in_world, box.bottom_in_world + box.top_from_bottom_m])
-    centroid = corners.mean(axis=0)
     # The vessel's axes are the columns of the rotation from the vessel's frame.
     R_cam_from_vessel = camera.R_cam_from_world @ box.vessel_axes_in_world.T
     shift = (box.bottom_in_world - segment.corners_in_world).mean(axis=0)
+    pixels = placed.pixels
     return FusedPose(
         detection_index=pair.detection_index,
         state_index=candidate.state_index,
         cost=pair.cost.total,
         cost_terms=pair.cost.terms(),
-        centroid_in_world=centroid,
-        centroid_in_cam_m=camera.to_cam(centroid)[0],
+        centroid_in_world=placed.centroid,
+        centroid_in_cam_m=placed.centroid_in_cam,
         rotvec_cam_from_vessel=rotvec_from_matrix(R_cam_from_vessel),
         heading_deg=box.heading_deg,
         length_m=candidate.state.length_m,
@@ -186,11 +231,11 @@ def _pose(camera: Camera, pair: Sighting, box: VesselBox) -> FusedPose:
         position_covariance_in_enu_m2=box.position_covariance_in_enu_m2,
         heading_sigma_deg=box.heading_sigma_deg,
         height_sigma_m=box.height_sigma_m,
-        corners_in_world=corners,
-        corners_in_image_px=camera.project(corners),
-        segment_reported_px=camera.project(segment.reported_corners_in_world),
-        segment_dead_reckoned_px=camera.project(segment.corners_in_world),
-        segment_corrected_px=camera.project(box.bottom_in_world),
+        corners_in_world=placed.corners,
+        corners_in_image_px=pixels[:8],
+        segment_reported_px=pixels[8:12],
+        segment_dead_reckoned_px=pixels[12:],
+        segment_corrected_px=pixels[:4],
         correction_in_enu_m=segment.enu_axes_in_world @ shift,
         flags=pose_flags(pair.cut, candidate.state, box.height_m),
     )

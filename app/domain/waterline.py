@@ -57,8 +57,7 @@ def waterline_boxes(
     if not sightings:
         return []
     problem = _Problem(camera, sightings, settings)
-    solution = _solve(problem)
-    return [_box(problem, solution, index) for index in range(len(sightings))]
+    return _boxes(problem, _solve(problem))
 
 
 class _Problem:
@@ -73,10 +72,11 @@ class _Problem:
     ) -> None:
         segments = [sighting.candidate.segment for sighting in sightings]
         states = [sighting.candidate.state for sighting in sightings]
-        planes = [
-            edge_planes(camera, _centred(s.detection), segment.vessel_axes_in_world[2])
-            for s, segment in zip(sightings, segments, strict=True)
-        ]
+        planes = edge_planes(
+            camera,
+            [_centred(sighting.detection) for sighting in sightings],
+            [segment.vessel_axes_in_world[2] for segment in segments],
+        )
         self.sightings = sightings
         self.center_in_world = camera.center_in_world
         self.focal_px = sqrt(camera.intrinsics.K[0, 0] * camera.intrinsics.K[1, 1])
@@ -170,7 +170,7 @@ def _solve(problem: _Problem) -> _Solution:
         D = np.swapaxes(by_shared * weight[..., None], 1, 2) @ by_shared
         own_slope = (weighted * residual[..., None]).sum(axis=1) + _times(prior, own)
         all_slopes = ((by_shared * weight[..., None]) * residual[..., None]).sum(axis=1)
-        A_inverse = np.linalg.inv(A)
+        A_inverse = np.asarray(np.linalg.inv(A), dtype=np.float64)
         gain = A_inverse @ B
         # Schur complement: what the ships leave to be known of the shared unknowns.
         trust = 1 / np.maximum(1.0, deviation.max(axis=1) / _SUSPICIOUS) ** 2
@@ -296,39 +296,43 @@ def _centred(detection: Detection) -> Detection:
     )
 
 
-def _box(problem: _Problem, solution: _Solution, index: int) -> VesselBox:
-    """Raise a ship's corners from the water to the upper edge of its detection."""
-    forward, port = (axis[index] for axis in problem.turned(solution.own[:, 2]))
-    up, delta = problem.up[index], problem.delta[index]
-    middle = problem.middles(solution.own, solution.shared)[index]
-    half_length, half_width = problem.half_sizes[index]
-    bottom = np.array(
-        [
-            middle + x * half_length * forward + y * half_width * port
-            for x, y in ((1, 1), (1, -1), (-1, -1), (-1, 1))
-        ]
-    )
+# Bow-port, bow-starboard, stern-starboard, stern-port, in half lengths and half widths.
+_CORNERS = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
+
+
+def _boxes(problem: _Problem, solution: _Solution) -> list[VesselBox]:
+    """Raise each ship's corners from the water to the upper edge of its detection."""
+    forward, port = problem.turned(solution.own[:, 2])
+    up, delta, range_m = problem.up, problem.delta, problem.range_m
+    middle = problem.middles(solution.own, solution.shared)
+    along, across = np.swapaxes(problem.half_sizes[:, None] * _CORNERS, 0, 2)
+    bottom = np.swapaxes(middle + along[..., None] * forward + across[..., None] * port, 0, 1)
     # Masts stand amidships rather than at a corner: the middle is raised until it touches delta.
-    height_m = float(-delta @ (middle - problem.center_in_world) / (delta @ up))
-    range_m = problem.range_m[index]
-    to_enu = np.zeros((3, 6))
-    to_enu[0, 0] = to_enu[1, 1] = 1.0
-    to_enu[2, 3], to_enu[2, 4] = 1.0, range_m
-    to_enu[:, 5] = range_m * problem.enu[index] @ problem.right[index]
-    covariance = to_enu @ solution.covariance[index] @ to_enu.T
-    by_place = -(problem.enu[index] @ delta) / (delta @ up)
+    rise = (delta * up).sum(axis=1)
+    height_m = -(delta * (middle - problem.center_in_world)).sum(axis=1) / rise
+    to_enu = np.zeros((len(middle), 3, 6))
+    to_enu[:, 0, 0] = to_enu[:, 1, 1] = to_enu[:, 2, 3] = 1.0
+    to_enu[:, 2, 4] = range_m
+    to_enu[:, :, 5] = range_m[:, None] * _times(problem.enu, problem.right)
+    covariance = to_enu @ solution.covariance @ np.swapaxes(to_enu, 1, 2)
+    by_place = -_times(problem.enu, delta) / rise[:, None]
     edge_m = problem.box_sigma_px * range_m / problem.focal_px
+    height_variance = (by_place * _times(covariance, by_place)).sum(axis=1) + edge_m**2 + _TOP_M**2
+    heading_sigma_deg = np.degrees(np.sqrt(solution.covariance[:, 2, 2]))
+    turn_deg = np.degrees(solution.own[:, 2])
     level_m, pitch, _ = solution.shared
-    sighting = problem.sightings[index]
-    state = sighting.candidate.state
-    return VesselBox(
-        vessel_axes_in_world=np.vstack([forward, port, up]),
-        heading_deg=float((state.heading_deg + np.degrees(solution.own[index, 2])) % 360),
-        bottom_in_world=bottom,
-        top_from_bottom_m=height_m * up,
-        height_m=height_m,
-        water_level_m=float(sighting.water_level_m + level_m + pitch * range_m),
-        position_covariance_in_enu_m2=covariance,
-        heading_sigma_deg=float(np.degrees(np.sqrt(solution.covariance[index, 2, 2]))),
-        height_sigma_m=float(np.sqrt(by_place @ covariance @ by_place + edge_m**2 + _TOP_M**2)),
-    )
+    axes = np.stack([forward, port, up], axis=1)
+    return [
+        VesselBox(
+            vessel_axes_in_world=axes[index],
+            heading_deg=float((sighting.candidate.state.heading_deg + turn_deg[index]) % 360),
+            bottom_in_world=bottom[index],
+            top_from_bottom_m=height_m[index] * up[index],
+            height_m=float(height_m[index]),
+            water_level_m=float(sighting.water_level_m + level_m + pitch * range_m[index]),
+            position_covariance_in_enu_m2=covariance[index],
+            heading_sigma_deg=float(heading_sigma_deg[index]),
+            height_sigma_m=float(np.sqrt(height_variance[index])),
+        )
+        for index, sighting in enumerate(problem.sightings)
+    ]

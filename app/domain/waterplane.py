@@ -40,7 +40,8 @@ def vessel_axes(enu_axes_in_world: FloatArray, heading_deg: float) -> FloatArray
     east, north, up = enu_axes_in_world
     heading = radians(heading_deg)
     forward = sin(heading) * east + cos(heading) * north
-    return np.vstack([forward, np.cross(up, forward), up])
+    port = sin(heading) * north - cos(heading) * east  # up x forward
+    return np.array([forward, port, up])
 
 
 def water_plane_segment(
@@ -55,7 +56,7 @@ def water_plane_segment(
     enu_axes = frame.axes(state.lat_deg, state.lon_deg)
     axes = vessel_axes(enu_axes, state.heading_deg)
     forward, port, _ = axes
-    offsets = np.vstack(
+    offsets = np.array(
         [
             state.to_bow_m * forward + state.to_port_m * port,
             state.to_bow_m * forward - state.to_starboard_m * port,

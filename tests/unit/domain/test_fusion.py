@@ -143,7 +143,8 @@ def test_cut_edges_pull_nothing(
 ) -> None:
     """Each border case weighs alpha, beta and gamma as the paper says, a cut bottom drops gamma."""
     corners = water_plane_segment(frame, 0.0, vessel(10, 300)).corners_in_world
-    planes = edge_planes(camera, Detection(1000, 1000, 1500, 1400, 1.0), np.array([0.0, 0, 1]))
+    box = Detection(1000, 1000, 1500, 1400, 1.0)
+    planes = edge_planes(camera, [box], [np.array([0.0, 0, 1])])[0]
     expected = -(
         alpha * max((c - camera.center_in_world) @ planes.alpha for c in corners) * planes.alpha
         + beta * min((c - camera.center_in_world) @ planes.beta for c in corners) * planes.beta
