@@ -4,7 +4,7 @@ Rows without a site are shared by all sites. `readable` is the set of sites that
 None for all of them, as `Access.site_ids` gives it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from datetime import datetime
 from typing import Any
 
@@ -15,6 +15,7 @@ from app.ais.area import Area
 from app.tables.ais import AisFile, AisPosition, AisStatic
 
 Readable = frozenset[int] | None
+_VESSELS_AT_ONCE = 10_000  # SQLite takes some 32,000 values in a statement
 
 POSITION_COLUMNS = (
     AisPosition.mmsi,
@@ -99,17 +100,45 @@ def position_rows(
 
 
 def static_rows(
-    session: Session, readable: Readable, start: datetime, end: datetime, area: Area | None
-) -> Iterable[tuple[Any, ...]]:
-    """Return `STATIC_COLUMNS` of all the statics of `position_rows`' vessels, oldest first."""
-    near = (
-        sa.select(AisPosition.mmsi)
-        .where(visible(AisPosition.site_id, readable), *within(start, end, area))
-        .distinct()
+    session: Session,
+    readable: Readable,
+    vessels: Collection[int],
+    start: datetime,
+    end: datetime,
+) -> Iterator[tuple[Any, ...]]:
+    """Yield `STATIC_COLUMNS` of what vessels said in a time window, oldest first."""
+    return _static_rows(session, readable, vessels, AisStatic.received_at.between(start, end))
+
+
+def size_rows(
+    session: Session,
+    readable: Readable,
+    vessels: Collection[int],
+    start: datetime,
+    end: datetime,
+) -> Iterator[tuple[Any, ...]]:
+    """Yield `STATIC_COLUMNS` of what vessels said of their size outside a time window."""
+    return _static_rows(
+        session,
+        readable,
+        vessels,
+        sa.not_(AisStatic.received_at.between(start, end)),
+        AisStatic.to_bow_m.is_not(None),
     )
-    statement = (
-        sa.select(*STATIC_COLUMNS)
-        .where(visible(AisStatic.site_id, readable), AisStatic.mmsi.in_(near))
-        .order_by(AisStatic.received_at, AisStatic.id)
-    )
-    return (tuple(row) for row in session.execute(statement))
+
+
+def _static_rows(
+    session: Session,
+    readable: Readable,
+    vessels: Collection[int],
+    *conditions: sa.ColumnElement[bool],
+) -> Iterator[tuple[Any, ...]]:
+    ordered = sorted(vessels)
+    for first in range(0, len(ordered), _VESSELS_AT_ONCE):
+        some = ordered[first : first + _VESSELS_AT_ONCE]
+        statement = (
+            sa.select(*STATIC_COLUMNS)
+            .where(visible(AisStatic.site_id, readable), AisStatic.mmsi.in_(some), *conditions)
+            .order_by(AisStatic.received_at, AisStatic.id)
+        )
+        yield from (tuple(row) for row in session.execute(statement))

@@ -1,6 +1,6 @@
 """AIS rows as the domain's reports: what fusion and tracks read, each with the id of its row."""
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any, NamedTuple
 
 from sqlalchemy.orm import Session
@@ -8,10 +8,18 @@ from sqlalchemy.orm import Session
 from app.ais import report_repository
 from app.ais.area import Area
 from app.domain.ais import FixTimeSource, PositionReport, StaticReport
+from app.domain.vessel_statics import hull_of
+
+_LATELY = timedelta(hours=2)  # vessels say their statics every six minutes
 
 
 class ReportWindow(NamedTuple):
-    """Positions, oldest first, and by MMSI all that their vessels ever said of themselves."""
+    """Positions, oldest first, and by MMSI what their vessels said of themselves, oldest first.
+
+    That is what they said within two hours of the window, and for those that told no size before
+    its beginning all that they ever said of their size. So the latest size is always there, and
+    the work does not grow with the years.
+    """
 
     positions: list[PositionReport]
     statics: dict[int, list[StaticReport]]
@@ -44,7 +52,27 @@ def reports_between(
             seen.add(fix)
             fields: tuple[Any, ...] = (*row[:12], FixTimeSource(row[12]), row[13])
             positions.append(PositionReport(*fields))
+    vessels = frozenset(report.mmsi for report in positions)
+    return ReportWindow(positions, _statics(session, readable, vessels, start, end))
+
+
+def _statics(
+    session: Session,
+    readable: frozenset[int],
+    vessels: frozenset[int],
+    start: datetime,
+    end: datetime,
+) -> dict[int, list[StaticReport]]:
+    lately = start - _LATELY, end + _LATELY
     statics: dict[int, list[StaticReport]] = {}
-    for row in report_repository.static_rows(session, readable, start, end, area):
+    sized = set()
+    for row in report_repository.static_rows(session, readable, vessels, *lately):
+        static = StaticReport(*row)
+        statics.setdefault(static.mmsi, []).append(static)
+        if static.received_at <= start and hull_of(static) is not None:
+            sized.add(static.mmsi)
+    for row in report_repository.size_rows(session, readable, vessels - sized, *lately):
         statics.setdefault(row[0], []).append(StaticReport(*row))
-    return ReportWindow(positions, statics)
+    for mmsi in vessels - sized:
+        statics.get(mmsi, []).sort(key=lambda static: static.received_at)
+    return statics

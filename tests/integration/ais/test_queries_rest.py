@@ -156,3 +156,20 @@ def test_reports_for_fusion(database: Database) -> None:
     assert list(window.statics) == [MMSI]
     assert [static.name for static in window.statics[MMSI]] == ["EARLIER", "LATER"]
     assert isinstance(window.statics[MMSI][0], StaticReport)
+
+
+def test_sizes_said_long_ago_are_found(database: Database) -> None:
+    """Of a busy talker only the last hours are read, of a vessel silent since long its size."""
+    day = timedelta(days=1)
+    with database.writing() as session:
+        site = make_site(session)
+        for mmsi in (MMSI, MMSI + 1):
+            make_position(session, site, NOON, mmsi=mmsi)
+            make_static(session, None, NOON - 300 * day, mmsi=mmsi, name="LONG AGO")
+            make_static(session, None, NOON + 300 * day, mmsi=mmsi, name="MUCH LATER")
+        make_static(session, site, NOON - 2 * MINUTE, name="LATELY")
+        make_static(session, site, NOON + MINUTE, mmsi=MMSI + 1, name="JUST AFTER")
+    with database.reading() as session:
+        found = reports_between(session, site.id, NOON - MINUTE, NOON + MINUTE).statics
+    names = {mmsi: [static.name for static in statics] for mmsi, statics in found.items()}
+    assert names == {MMSI: ["LATELY"], MMSI + 1: ["LONG AGO", "JUST AFTER", "MUCH LATER"]}
