@@ -19,6 +19,13 @@ def position_lines(count: int, first: int = 0, tag: str = "") -> list[bytes]:
     ]
 
 
+def free_udp_port() -> int:
+    """Return a UDP port that nobody listens on."""
+    with socket.socket(type=socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
 class Feeder:
     """A TCP server on this machine to whose clients a test sends what it likes."""
 

@@ -3,21 +3,14 @@
 import socket
 
 from app.tables.feeds import FeedCondition, FeedKind
-from tests.feeder import position_lines
+from tests.feeder import free_udp_port, position_lines
 from tests.worker.feeds.conftest import Feeds
 from tests.worker_process import wait_until
 
 
-def free_port() -> int:
-    """Return a UDP port that nobody listens on."""
-    with socket.socket(type=socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 def test_datagrams_are_taken_from_allowed_senders(feeds: Feeds) -> None:
     """Lines of an allowed sender are stored; another's datagrams are counted and nothing else."""
-    open_port, closed_port = free_port(), free_port()
+    open_port, closed_port = free_udp_port(), free_udp_port()
     open_id = feeds.add(open_port, FeedKind.UDP, allowed_senders=["127.0.0.0/8"])
     closed_id = feeds.add(closed_port, FeedKind.UDP, allowed_senders=["192.0.2.0/24"])
     feeds.receive()
