@@ -21,7 +21,7 @@ from app.ids import RowId
 from app.sites import service as sites
 from app.storage import Storage
 from app.tables.ais_uploads import AisUpload, UploadState
-from app.templating import page, size
+from app.templating import DASH, page, size
 
 router = APIRouter()
 Operator = Annotated[Access, allowed(Scope.INGEST)]
@@ -174,7 +174,7 @@ def _preview_page(
         upload=upload,
         seen=seen,
         site_name=site.name if site else "All sites",
-        fields=[("", "Not used"), *FIELD_NAMES.items()],
+        fields=[("", DASH), *FIELD_NAMES.items()],
         options=OPTIONS,
         values={**mapping, **chosen, **(entered or {})},
         errors={part.field: part.message for part in (error.fields if error else ())},

@@ -32,7 +32,7 @@ _NAMES: dict[str, str] = {
     "to_stern": "tostern b sizeb dimb dimensionb dimensiontostern dimstern stern",
     "to_port": "toport c sizec dimc dimensionc dimensiontoport dimport",
     "to_starboard": "tostarboard d sized dimd dimensiond dimensiontostarboard dimstarboard",
-    "name": "name vesselname shipname schiffsname",
+    "name": "name vesselname shipname schiffsname schiff",
     "callsign": "callsign rufzeichen",
     "imo": "imo imonumber imono imonr",
     "ship_type": "shiptype vesseltype shipandcargotype shipcargotype typeandcargo shiptypecode "

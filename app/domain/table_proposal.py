@@ -17,7 +17,8 @@ from app.domain.table_mapping import COLUMNS, DELIMITERS, REQUIRED, TableMapping
 from app.domain.table_names import meanings, speed_unit
 
 SAMPLE_ROWS = 50
-_MMSI = re.compile(r"[2-7]\d{8}|98\d{7}")
+_MMSI = re.compile(r"\d{9}")
+_MOST = 2 / 3  # of a column's cells tell what it holds; a few may say "not available"
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 _DECIMAL = re.compile(r"-?\d{1,3}[.,]\d+")
 _DECIMAL_COMMA = re.compile(r"-?\d+,\d+")
@@ -136,16 +137,16 @@ def _by_values(
     tests: dict[str, Callable[[str], bool]] = {
         "mmsi": lambda cell: bool(_MMSI.fullmatch(cell)),
         "time": _is_time,
-        "lat": lambda cell: _is_place(cell, 90),
-        "lon": lambda cell: _is_place(cell, 180),
+        "lat": lambda cell: _is_place(cell, 91),  # of which 91 and 181 are "not available"
+        "lon": lambda cell: _is_place(cell, 181),
     }
     for field, fits in tests.items():
-        if field in known:
+        if field in known or (field == "lon" and "lat" not in {*known, *found}):
             continue
         taken = {*known.values(), *found.values()}
         for index in range(width):
             cells = [row[index] for row in rows if index < len(row) and row[index]]
-            if index not in taken and cells and all(map(fits, cells)):
+            if index not in taken and cells and sum(map(fits, cells)) >= _MOST * len(cells):
                 found[field] = index
                 name = f" ({header[index]})" if index < len(header) and header[index] else ""
                 doubts.append(f"Column {index + 1}{name} is taken as {field} by its values.")
