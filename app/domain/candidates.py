@@ -5,13 +5,14 @@ A vessel with a corner behind the camera has none; one kilometres away or far be
 only take a detection away from another vessel. What is refused here is refused with its reason.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import isfinite
 
 import numpy as np
 
-from app.domain.arrays import FloatArray
+from app.domain.arrays import BoolArray, FloatArray
 from app.domain.camera import Camera, Intrinsics
 from app.domain.fusion_settings import FusionSettings
 from app.domain.geodesy import WorldFrame
@@ -48,6 +49,37 @@ class Candidate:
         return self.state.length_m > 0 or self.state.width_m > 0
 
 
+def candidates_or_reasons(
+    states: Sequence[VesselState],
+    camera: Camera,
+    frame: WorldFrame,
+    water_level_m: float,
+    settings: FusionSettings,
+) -> list[Candidate | UnmatchedReason]:
+    """Place vessel states in the image, each with its index, or say why they cannot be there."""
+    placed: list[Candidate | UnmatchedReason | None] = [
+        _unusable(state, settings) for state in states
+    ]
+    usable = [index for index, reason in enumerate(placed) if reason is None]
+    segments = [water_plane_segment(frame, water_level_m, states[index]) for index in usable]
+    corners = np.array([segment.corners_in_world for segment in segments]).reshape(-1, 4, 3)
+    ahead: BoolArray = (camera.to_cam(corners)[:, 2].reshape(-1, 4) > 0).all(axis=1)
+    pixels = camera.project(corners).reshape(-1, 4, 2)
+    rectangles = np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=1)
+    overlapping = _overlap(rectangles, camera.intrinsics, settings)
+    for row, (index, segment) in enumerate(zip(usable, segments, strict=True)):
+        away = np.linalg.norm(segment.antenna_in_world - camera.center_in_world)
+        if away > settings.maximum_range_m:
+            placed[index] = UnmatchedReason.OUT_OF_RANGE
+        elif not ahead[row]:
+            placed[index] = UnmatchedReason.BEHIND_CAMERA
+        elif not overlapping[row]:
+            placed[index] = UnmatchedReason.OUTSIDE_IMAGE
+        else:
+            placed[index] = Candidate(index, states[index], segment, rectangles[row])
+    return [one for one in placed if one is not None]
+
+
 def candidate_or_reason(
     index: int,
     state: VesselState,
@@ -56,22 +88,9 @@ def candidate_or_reason(
     water_level_m: float,
     settings: FusionSettings,
 ) -> Candidate | UnmatchedReason:
-    """Place a vessel state in the image, or say why it cannot be there."""
-    unusable = _unusable(state, settings)
-    if unusable is not None:
-        return unusable
-    segment = water_plane_segment(frame, water_level_m, state)
-    away = np.linalg.norm(segment.antenna_in_world - camera.center_in_world)
-    if away > settings.maximum_range_m:
-        return UnmatchedReason.OUT_OF_RANGE
-    if (camera.to_cam(segment.corners_in_world)[:, 2] <= 0).any():
-        return UnmatchedReason.BEHIND_CAMERA
-    corners_px = camera.project(segment.corners_in_world)
-    rectangle = np.concatenate([corners_px.min(axis=0), corners_px.max(axis=0)])
-    # A corner in front but without a pixel lies outside the lens's one-to-one range: far aside.
-    if np.isnan(rectangle).any() or not _overlaps(rectangle, camera.intrinsics, settings):
-        return UnmatchedReason.OUTSIDE_IMAGE
-    return Candidate(index, state, segment, rectangle)
+    """Place one vessel state in the image, or say why it cannot be there."""
+    (placed,) = candidates_or_reasons([state], camera, frame, water_level_m, settings)
+    return replace(placed, state_index=index) if isinstance(placed, Candidate) else placed
 
 
 def _unusable(state: VesselState, settings: FusionSettings) -> UnmatchedReason | None:
@@ -85,13 +104,14 @@ def _unusable(state: VesselState, settings: FusionSettings) -> UnmatchedReason |
     return None
 
 
-def _overlaps(rectangle_px: FloatArray, image: Intrinsics, settings: FusionSettings) -> bool:
-    """Whether a rectangle meets the image widened by the margin on every side.
+def _overlap(rectangles_px: FloatArray, image: Intrinsics, settings: FusionSettings) -> BoolArray:
+    """Whether rectangles (n, 4) meet the image widened by the margin on every side.
 
     Below the image too: a near ship's waterline may be out of the picture while its bridge is in.
+    A corner in front but without a pixel (NaN) lies outside the lens's one-to-one range: far aside.
     """
     margin = settings.image_margin * image.width_px
-    x1, y1, x2, y2 = rectangle_px
-    beside = x2 < -margin or x1 > image.width_px - 1 + margin
-    above_or_below = y2 < -margin or y1 > image.height_px - 1 + margin
-    return not (beside or above_or_below)
+    x1, y1, x2, y2 = rectangles_px.T
+    beside = (x2 >= -margin) & (x1 <= image.width_px - 1 + margin)
+    above_or_below = (y2 >= -margin) & (y1 <= image.height_px - 1 + margin)
+    return np.asarray(beside & above_or_below)

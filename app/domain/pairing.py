@@ -10,7 +10,7 @@ from math import isfinite
 
 from app.domain.borders import cut_edges
 from app.domain.camera import Camera
-from app.domain.candidates import Candidate, UnmatchedReason, candidate_or_reason
+from app.domain.candidates import Candidate, UnmatchedReason, candidates_or_reasons
 from app.domain.detection import Detection
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
 from app.domain.geodesy import WorldFrame
@@ -73,14 +73,11 @@ class _Placed:
     ) -> "_Placed":
         for index, detection in enumerate(image.detections):
             _require_box(index, detection)
-        found = cls([], {})
-        for index, state in enumerate(image.states):
-            placed = candidate_or_reason(index, state, camera, frame, image.water_level_m, settings)
-            if isinstance(placed, Candidate):
-                found.candidates.append(placed)
-            else:
-                found.refused[index] = placed
-        return found
+        placed = candidates_or_reasons(image.states, camera, frame, image.water_level_m, settings)
+        return cls(
+            [one for one in placed if isinstance(one, Candidate)],
+            {i: one for i, one in enumerate(placed) if not isinstance(one, Candidate)},
+        )
 
 
 def _matched(
