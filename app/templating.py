@@ -50,6 +50,7 @@ OF_SITES = (
     "/cameras/",
     "/viewports/",
     "/images/",
+    "/imports/",
     "/calibrations/",
     "/reregistrations/",
     "/pointings/",

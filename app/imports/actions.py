@@ -11,7 +11,7 @@ from app.errors import looked_up_by
 from app.imports import intake, paths, receiving, service
 from app.imports.intake import Place
 from app.imports.parts import Parts
-from app.imports.schemas import FileIn, ImportIn
+from app.imports.schemas import FileIn, ImportIn, TimesTableOut
 from app.imports.times import TimeSettings
 from app.sites import actions as sites
 from app.tables.imports import FileState, ImageImport, ImportFile
@@ -96,6 +96,15 @@ def set_times(session: Session, access: Access, row: ImageImport, times: TimeSet
     service.flush(session)
     details = times.model_dump(mode="json")
     record(session, access, "set times", "import", row.id, row.site_id, **details)
+
+
+def set_listed_times(
+    session: Session, access: Access, row: ImageImport, text: str
+) -> TimesTableOut:
+    """Take a table of file names and times."""
+    taken = service.set_listed_times(session, row, text)
+    record(session, access, "set times", "import", row.id, row.site_id, listed=taken.matched)
+    return taken
 
 
 def commit(

@@ -41,11 +41,14 @@ _ZONE = re.compile(r"Z(?![A-Za-z0-9])|[+-]\d{2}:?\d{2}(?!\d)")
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """A pattern, the share of the names it reads, and whether day and month may be swapped."""
+    """A pattern, how many names it reads, and the pattern with day and month swapped.
+
+    `swapped` is given where it reads all these names as well: a person has to say which one it is.
+    """
 
     pattern: str
     name_count: int
-    is_ambiguous: bool
+    swapped: str | None
     example: str
     example_time: datetime
 
@@ -99,7 +102,7 @@ def _judged(pattern: str, names: Sequence[str], not_after: datetime) -> Proposal
     is_ambiguous = pattern.startswith(("%d", "%m")) and all(
         _plausible(told_by(f"{name}.", swapped), not_after) for name, _ in read
     )
-    return Proposal(pattern, len(read), is_ambiguous, *read[0])
+    return Proposal(pattern, len(read), swapped if is_ambiguous else None, *read[0])
 
 
 def _plausible(moment: datetime | None, not_after: datetime) -> datetime | None:

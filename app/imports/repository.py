@@ -26,6 +26,7 @@ _TAKEN_ANEW = (
     "viewport_id",
     "import_id",
 )
+_VISIBLE = {"deleted_at": None, "deletion_id": None}
 
 
 def get(session: Session, import_id: int) -> ImageImport | None:
@@ -232,7 +233,7 @@ def upsert_images(session: Session, rows: Sequence[Mapping[str, Any]]) -> None:
     statement = (sqlite if is_sqlite else postgresql).insert(Image)
     statement = statement.on_conflict_do_update(
         index_elements=["camera_id", "sha256"],
-        set_={name: statement.excluded[name] for name in _TAKEN_ANEW} | {"deleted_at": None},
+        set_={name: statement.excluded[name] for name in _TAKEN_ANEW} | _VISIBLE,
         where=Image.deleted_at.is_not(None),
     )
     session.execute(statement, [dict(row) for row in rows])

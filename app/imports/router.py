@@ -229,7 +229,7 @@ def set_times_table(
 ) -> TimesTableOut:
     """Give the times as a table: file name (or path), time in ISO 8601."""
     row = actions.import_for(session, access, Scope.INGEST, import_id)
-    return service.set_listed_times(session, row, times)
+    return actions.set_listed_times(session, access, row, times)
 
 
 @router.post("/imports/{import_id:int}/commit")

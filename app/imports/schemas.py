@@ -133,13 +133,13 @@ class SampleOut(BaseModel):
 
 
 class ProposalOut(BaseModel):
-    """A pattern that names seem to follow; `is_ambiguous`: day and month might be swapped."""
+    """A pattern that names seem to follow; `swapped` reads them too, day and month exchanged."""
 
     model_config = ConfigDict(from_attributes=True)
 
     pattern: str
     name_count: int
-    is_ambiguous: bool
+    swapped: str | None
     example: str
     example_time: datetime
 

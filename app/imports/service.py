@@ -94,6 +94,11 @@ def list_files(
     return repository.file_page(session, import_id, state, paging)
 
 
+def times_of(row: ImageImport) -> TimeSettings:
+    """Return how a batch's files tell their times."""
+    return TimeSettings.model_validate(row.times)
+
+
 def set_times(row: ImageImport, times: TimeSettings) -> None:
     """Choose how a batch's files tell their times. Raises Conflict once it is committed."""
     states.after(row.status, Act.ADD)
@@ -150,7 +155,7 @@ def _table(text: str) -> dict[str, datetime]:
 
 def preview_of(session: Session, row: ImageImport, times: TimeSettings | None = None) -> Preview:
     """Work out what committing a batch would do, by its own time rule or one that is tried."""
-    chosen = times or TimeSettings.model_validate(row.times)
+    chosen = times or times_of(row)
     camera = row.camera
     judge = Judge(
         camera.width_px,
