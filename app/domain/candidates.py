@@ -63,7 +63,7 @@ def candidates_or_reasons(
     usable = [index for index, reason in enumerate(placed) if reason is None]
     segments = [water_plane_segment(frame, water_level_m, states[index]) for index in usable]
     corners = np.array([segment.corners_in_world for segment in segments]).reshape(-1, 4, 3)
-    ahead: BoolArray = (camera.to_cam(corners)[:, 2].reshape(-1, 4) > 0).all(axis=1)
+    depth_m = camera.to_cam(corners)[:, 2].reshape(-1, 4).min(axis=1)
     pixels = camera.project(corners).reshape(-1, 4, 2)
     rectangles = np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=1)
     overlapping = _overlap(rectangles, camera.intrinsics, settings)
@@ -71,7 +71,7 @@ def candidates_or_reasons(
         away = np.linalg.norm(segment.antenna_in_world - camera.center_in_world)
         if away > settings.maximum_range_m:
             placed[index] = UnmatchedReason.OUT_OF_RANGE
-        elif not ahead[row]:
+        elif depth_m[row] <= 0:
             placed[index] = UnmatchedReason.BEHIND_CAMERA
         elif not overlapping[row]:
             placed[index] = UnmatchedReason.OUTSIDE_IMAGE
