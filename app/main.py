@@ -18,6 +18,8 @@ from app.auth.declared import refuse_undeclared_routes
 from app.auth.protection import protect
 from app.calibration import pages as calibration_pages
 from app.calibration import router as calibration
+from app.clocks import pages as clock_pages
+from app.clocks import router as clocks
 from app.config import Settings, get_settings
 from app.db import Database
 from app.deletions import pages as deletion_pages
@@ -82,6 +84,7 @@ REST = (
     projection_table,
     guideline,
     exports,
+    clocks,
     deletions,
     keeping,
 )
@@ -108,6 +111,7 @@ PAGES = (
     guideline_pages,
     calibration_set_pages,
     export_pages,
+    clock_pages,
     deletion_pages,
     keeping_pages,
 )

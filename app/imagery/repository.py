@@ -12,8 +12,10 @@ from sqlalchemy.orm import Session
 from app.db import find
 from app.imagery.span import ImageSpan
 from app.paging import Paging, fetch_page
+from app.tables.clock import ClockOffset
 from app.tables.deletion import WITH_DELETED
 from app.tables.imagery import Image
+from app.tables.runs import Run, RunImage
 from app.tables.sites import Camera, Viewport
 
 
@@ -71,6 +73,15 @@ def insert(session: Session, values: dict[str, Any]) -> int | None:
     return inserted
 
 
+def offsets_in_force(session: Session, camera_id: int) -> Sequence[ClockOffset]:
+    """Return the offsets of a camera's clock that were not undone, newest first."""
+    return session.scalars(
+        sa.select(ClockOffset)
+        .where(ClockOffset.camera_id == camera_id, ClockOffset.undone_at.is_(None))
+        .order_by(ClockOffset.id.desc())
+    ).all()
+
+
 def share_camera(session: Session, camera_id: int) -> None:
     """Keep a camera's viewports as they are until this transaction ends (Postgres)."""
     session.execute(sa.select(Camera.id).where(Camera.id == camera_id).with_for_update(read=True))
@@ -106,6 +117,25 @@ def assign_viewports(session: Session, camera_id: int) -> None:
         sa.update(Image)
         .where(Image.camera_id == camera_id)
         .values(viewport_id=viewport)
+        .execution_options(synchronize_session=False)
+    )
+
+
+def mark_runs(session: Session, camera_id: int) -> None:
+    """Say of each run of a camera whether times or viewports of its images were changed since."""
+    changed = sa.exists().where(
+        RunImage.run_id == Run.id,
+        Image.id == RunImage.image_id,
+        sa.or_(
+            Image.captured_at != RunImage.captured_at,
+            Image.viewport_id.is_distinct_from(Run.viewport_id),
+        ),
+    )
+    of_camera = sa.select(Viewport.id).where(Viewport.camera_id == camera_id)
+    session.execute(
+        sa.update(Run)
+        .where(Run.viewport_id.in_(of_camera))
+        .values(has_changed_images=changed)
         .execution_options(synchronize_session=False)
     )
 

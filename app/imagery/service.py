@@ -22,6 +22,7 @@ from app.imagery.names import tidy
 from app.imagery.preview import WIDTHS_PX, make_preview
 from app.imagery.repository import ImageFilter
 from app.imagery.span import ImageSpan
+from app.imagery.true_time import corrected_times
 from app.paging import Paging
 from app.sites import service as sites
 from app.storage import Storage
@@ -130,15 +131,19 @@ def remember(session: Session, incoming: Incoming) -> tuple[Image, bool]:
     A deleted image with the same bytes comes back, with the time it has now been given.
     """
     repository.share_camera(session, incoming.camera_id)
-    viewport_id = repository.viewport_at(session, incoming.camera_id, incoming.captured_at)
-    inserted = repository.insert(session, asdict(incoming) | {"viewport_id": viewport_id})
+    told = (incoming.captured_at, incoming.captured_at_source)
+    (true,) = corrected_times(session, incoming.camera_id, [told])
+    viewport_id = repository.viewport_at(session, incoming.camera_id, true)
+    times = {"captured_at": true, "captured_at_raw": incoming.captured_at}
+    inserted = repository.insert(session, asdict(incoming) | times | {"viewport_id": viewport_id})
     image = repository.by_content(session, incoming.camera_id, incoming.sha256)
     if image is None:
         raise NotFound(sites.NO_CAMERA)
     if image.deleted_at is not None:
         image.deleted_at = image.deletion_id = None
         image.file_name = incoming.file_name
-        image.captured_at = incoming.captured_at
+        image.captured_at = true
+        image.captured_at_raw = incoming.captured_at
         image.captured_at_source = incoming.captured_at_source
         image.viewport_id = viewport_id
         session.flush()
@@ -197,8 +202,9 @@ def hourly_counts(session: Session, camera_id: int) -> Sequence[tuple[str, int]]
 
 
 def assign_viewports(session: Session, camera_id: int) -> None:
-    """Give a camera's images their viewports anew, after the viewports' times have changed."""
+    """Give a camera's images their viewports anew, after times have changed; mark stale runs."""
     repository.assign_viewports(session, camera_id)
+    repository.mark_runs(session, camera_id)
 
 
 def open_file(storage: Storage, image: Image) -> IO[bytes]:

@@ -155,8 +155,11 @@ def add(session: Session, run: Run) -> int:
         sa.literal(run.id),
         Image.id,
         sa.func.row_number().over(order_by=(Image.captured_at, Image.id)) - 1,
+        Image.captured_at,
     ).where(Image.viewport_id == run.viewport_id, Image.deleted_at.is_(None))
-    session.execute(sa.insert(RunImage).from_select(["run_id", "image_id", "position"], numbered))
+    session.execute(
+        sa.insert(RunImage).from_select(["run_id", "image_id", "position", "captured_at"], numbered)
+    )
     run.image_count = (
         session.scalar(
             sa.select(sa.func.count()).select_from(RunImage).where(RunImage.run_id == run.id)

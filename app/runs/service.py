@@ -30,7 +30,8 @@ ENDED = frozenset({RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.CANCELLED})
 class Progress:
     """How far a run is, with its rate and what remains; None where it cannot be told.
 
-    `is_stale` says that its viewport was registered anew since: its poses stay as they are.
+    `is_stale` says that its viewport was registered anew, or times or viewports of its images were
+    changed since: its poses stay as they are.
     """
 
     status: RunStatus
@@ -110,12 +111,12 @@ def start_again(session: Session, jobs: JobClient, run: Run, *, user_id: int | N
 
 
 def stale_runs(session: Session, viewport_id: int) -> list[Run]:
-    """Return a viewport's runs that rest on an older registration than its newest, newest first."""
+    """Return a viewport's runs that rest on an older registration, or on times since changed."""
     newest = repository.newest_registration_ids(session, [viewport_id]).get(viewport_id)
     return [
         run
         for run in repository.of_viewport(session, viewport_id)
-        if newest is not None and run.registration_id != newest
+        if run.has_changed_images or (newest is not None and run.registration_id != newest)
     ]
 
 
@@ -221,7 +222,7 @@ def _progress(run: Run, counts: repository.Counts, newest_registration_id: int) 
         detections=counts.detections,
         matches=counts.matches,
         poses=counts.poses,
-        is_stale=newest_registration_id != run.registration_id,
+        is_stale=newest_registration_id != run.registration_id or run.has_changed_images,
     )
 
 

@@ -48,7 +48,7 @@ class Afloat:
 
 def make_afloat(session: Session, harbour: Harbour) -> Afloat:
     """Insert the run. The third ship's detection and vessel are left unmatched, as in bad luck."""
-    camera, frame = _camera(session, harbour)
+    camera, frame = look_north(session, harbour)
     image = harbour.images[0]
     run = make_run(session, harbour, [0], parameters={"score_threshold": 0.25, "maximum_cost": 0.5})
     states = [_state(frame, FIRST_MMSI + number, *ship) for number, ship in enumerate(SHIPS)]
@@ -90,7 +90,8 @@ def make_afloat(session: Session, harbour: Harbour) -> Afloat:
     return Afloat(run.id, image.id, pose_ids, rows[2].id, FIRST_MMSI + 2, FIRST_MMSI + 9)
 
 
-def _camera(session: Session, harbour: Harbour) -> tuple[Camera, EnuFrame]:
+def look_north(session: Session, harbour: Harbour) -> tuple[Camera, EnuFrame]:
+    """Turn a harbour's registered camera to the north, 30 m above the water."""
     down = np.radians(5)
     looks_north = np.array(
         [[1, 0, 0], [0, -np.sin(down), -np.cos(down)], [0, np.cos(down), -np.sin(down)]]

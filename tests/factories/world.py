@@ -13,6 +13,7 @@ from app.tables.calibration import (
     CalibrationStatus,
     CameraCalibration,
 )
+from app.tables.clock import ClockOffset, OffsetSource
 from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.exports import Export
 from app.tables.feeds import AisFeed, FeedKind
@@ -69,9 +70,16 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     session.flush()
     run_ids = _run(session, site, viewport, image, marker, mmsi)
     turned = make_turned(session, viewport, image, run_ids["registration_id"], marker)
-    turned |= _deleted(session, camera, marker)
+    turned |= _deleted(session, camera, marker) | _clock(session, camera)
     ids |= _import(session, camera, marker)
     return ids | {"image_id": image.id, "box_id": box.id} | run_ids | turned
+
+
+def _clock(session: Session, camera: Camera) -> dict[str, int]:
+    offset = ClockOffset(camera_id=camera.id, offset_s=1.5, source=OffsetSource.GIVEN)
+    session.add(offset)
+    session.flush()
+    return {"offset_id": offset.id}
 
 
 def _deleted(session: Session, camera: Camera, marker: str) -> dict[str, int]:

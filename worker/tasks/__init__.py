@@ -11,6 +11,7 @@ from app.db import Database
 from app.jobs import JobRunner
 from app.storage import Storage
 from worker.tasks.calibrate import Calibrate
+from worker.tasks.estimate_clock import EstimateClock
 from worker.tasks.export import MakeExport
 from worker.tasks.import_ais import ImportAis
 from worker.tasks.probe import ProbeModel
@@ -29,6 +30,7 @@ def register_tasks(
         ProbeModel(runner, database, storage, settings),
         Reregister(runner, database, storage, settings),
         Calibrate(runner, database, storage, settings),
+        EstimateClock(runner, database, storage, settings),
         ImportAis(runner, database, storage, settings),
     )
     for task in tasks:
