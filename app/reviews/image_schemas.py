@@ -174,11 +174,16 @@ class VesselAtImage(BaseModel):
     lon_deg: float
     heading_deg: float
     heading_source: str
+    track_method: str | None = Field(
+        description="How the position was carried to the image's time; null: an old run"
+    )
+    report_ids: list[int] = Field(description="The AIS positions it was made from")
     speed_kn: float
     age_s: float
     length_m: float
     width_m: float
     segments: StateSegments
+    flags: list[str] = Field(description="What to know before trusting it")
     pose_id: int | None
 
     @classmethod
@@ -197,6 +202,8 @@ class VesselAtImage(BaseModel):
             lon_deg=state.lon_deg,
             heading_deg=state.heading_deg,
             heading_source=state.heading_source,
+            track_method=state.track_method,
+            report_ids=state.report_ids,
             speed_kn=state.speed_kn,
             age_s=state.age_s,
             length_m=state.to_bow_m + state.to_stern_m,
@@ -205,6 +212,7 @@ class VesselAtImage(BaseModel):
                 reported=segments.get("reported", []),
                 dead_reckoned=segments.get("dead_reckoned", []),
             ),
+            flags=state.flags,
             pose_id=pose_id,
         )
 

@@ -18,7 +18,7 @@ from app.domain.fusion import FusedPose, fuse
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
 from app.domain.geodesy import EnuFrame
 from app.domain.matching import Cost, matching_cost
-from app.domain.vessel_state import HeadingSource, VesselState
+from app.domain.vessel_state import HeadingSource, TrackMethod, VesselState
 from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.registration.service import camera_of
 from app.reviews import correction_repository as repository
@@ -244,8 +244,8 @@ def _fused(
 
 
 def vessel_state(row: VesselStateRow) -> VesselState:
-    """Return a stored vessel state as fusion takes it."""
-    return VesselState(
+    """Return a stored vessel state as fusion takes it; one of an old run without its sigmas."""
+    state = VesselState(
         identifier=str(row.mmsi),
         lat_deg=row.lat_deg,
         lon_deg=row.lon_deg,
@@ -258,6 +258,16 @@ def vessel_state(row: VesselStateRow) -> VesselState:
         to_starboard_m=row.to_starboard_m,
         heading_source=HeadingSource(row.heading_source),
         report_ids=tuple(row.report_ids),
+        track_method=TrackMethod(row.track_method) if row.track_method else None,
+        flags=tuple(row.flags),
+    )
+    if row.position_covariance_m2 is None or row.heading_sigma_deg is None:
+        return state
+    east, east_north, north = row.position_covariance_m2
+    return replace(
+        state,
+        position_covariance_m2=(east, east_north, north),
+        heading_sigma_deg=row.heading_sigma_deg,
     )
 
 

@@ -320,6 +320,10 @@ class PoseOut(BaseModel):
     position: Position
     heading_deg: float
     heading_source: str
+    track_method: str | None = Field(
+        description="How the position was carried to the image's time; null: an old run"
+    )
+    report_ids: list[int] = Field(description="The AIS positions it was made from")
     length_m: float
     width_m: float
     height_m: float
@@ -367,6 +371,8 @@ class PoseOut(BaseModel):
             ),
             heading_deg=pose.heading_deg,
             heading_source=state.heading_source,
+            track_method=state.track_method,
+            report_ids=state.report_ids,
             length_m=pose.length_m,
             width_m=pose.width_m,
             height_m=pose.height_m,

@@ -5,7 +5,7 @@ import { correctionOf, type Correction } from "./correction";
 import { costInWords, type CostPart } from "./cost";
 import { GRADE_NAMES, vesselName, type Grade, type Pose } from "./pose";
 import { shipType } from "./ship-type";
-import { flagInWords, headingSourceInWords } from "./words";
+import { flagInWords, headingSourceInWords, trackMethodInWords } from "./words";
 import { idText } from "../vessel-id";
 
 type Fact = readonly [name: string, value: string];
@@ -130,8 +130,18 @@ function vesselFacts(pose: Pose): Fact[] {
     ["Heading", `${heading(box.heading_deg)}, ${source ?? headingSourceInWords(pose.heading_source)}`],
     ["Speed", quantity(pose.speed_kn, "kn", 1)],
     ["Report age", quantity(pose.report_age_s, "s", 1)],
+    ...trackFacts(pose),
     ["Position", position(pose.position.lat_deg, pose.position.lon_deg)],
   ];
+}
+
+/** How AIS led to the place at the image's time; runs of old do not know. */
+function trackFacts({ track_method: method, report_ids: reports }: Pose): Fact[] {
+  if (method === null) {
+    return [];
+  }
+  const count = reports.length === 1 ? "1 report" : `${reports.length} reports`;
+  return [["Placed", `${trackMethodInWords(method)}, ${count}`]];
 }
 
 function fitFacts(pose: Pose): Fact[] {

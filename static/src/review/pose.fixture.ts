@@ -37,6 +37,8 @@ export function aPose({ id, imageId, grade = null, detection, corners }: Varied)
     position: { lat_deg: 53.53972, lon_deg: 9.980115, height_m: 45.2 },
     heading_deg: 112,
     heading_source: "reported",
+    track_method: "heading_dr",
+    report_ids: [7],
     centroid_in_cam_m: [8.4, -2.9, 357.6],
     rotvec_cam_from_vessel: [0.27, 2.16, -1.99],
     length_m: 19,

@@ -29,6 +29,14 @@ const HEADING_SOURCES: ReadonlyMap<string, string> = new Map([
   ["track", "from where it went"],
 ]);
 
+/** How a position was carried from the reports to the image's time. */
+const TRACK_METHODS: ReadonlyMap<string, string> = new Map([
+  ["heading_dr", "along its heading"],
+  ["cog_dr", "along its course"],
+  ["ctrv_damped", "along its turn"],
+  ["hermite", "between reports"],
+]);
+
 /** Why a vessel known from AIS has no box. */
 const OUTCOMES: ReadonlyMap<string, string> = new Map([
   ["matched", "has a box"],
@@ -53,6 +61,7 @@ export const MISSED_WORDS: Readonly<Record<MissedReason, string>> = {
 export const flagInWords = (code: string): string => FLAGS.get(code) ?? plain(code);
 export const headingSourceInWords = (code: string): string =>
   HEADING_SOURCES.get(code) ?? plain(code);
+export const trackMethodInWords = (code: string): string => TRACK_METHODS.get(code) ?? plain(code);
 export const outcomeInWords = (code: string): string => OUTCOMES.get(code) ?? plain(code);
 
 /** A code nobody has put into words yet. */

@@ -60,6 +60,7 @@ def test_a_pose_tells_what_it_was_made_of(
     assert pose["position"] == {"lat_deg": 53.5425, "lon_deg": 9.984, "height_m": 45.5}
     assert pose["cost_terms"]["width"] == 0.0225
     assert (pose["report_age_s"], pose["speed_kn"]) == (12.0, 5.5)
+    assert (pose["report_ids"], pose["track_method"]) == ([1, 2], None)
     assert pose["review"] is None
 
 
