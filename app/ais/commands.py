@@ -2,16 +2,28 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from app.errors import AppError, Invalid, TooLarge
 from app.path_arguments import files_of
 
+if TYPE_CHECKING:
+    from app.domain.rejects import Reject
+    from app.domain.table_mapping import TableMapping
+
 Paths = Annotated[
     list[Path],
-    typer.Argument(exists=True, readable=True, help="Recordings: NMEA or CSV, plain, gzip or zip"),
+    typer.Argument(
+        exists=True, readable=True, help="Recordings: NMEA, JSON or CSV, plain, gzip or zip"
+    ),
+]
+MappingFile = Annotated[
+    Path | None,
+    typer.Option(
+        exists=True, dir_okay=False, help="JSON that says which column of a table is what"
+    ),
 ]
 
 
@@ -24,14 +36,25 @@ def register(cli: typer.Typer, imports: typer.Typer) -> None:
 
 
 def inspect(
-    paths: Paths, *, as_json: Annotated[bool, typer.Option("--json", help="Print JSON")] = False
+    paths: Paths,
+    *,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON")] = False,
+    mapping: MappingFile = None,
+    rejected: Annotated[
+        bool, typer.Option("--rejected", help="Print each line that is not taken, and why")
+    ] = False,
 ) -> None:
     """Decode recordings without storing anything, and say what became of every line."""
     from app.ais.service import inspect as decode
     from app.config import get_settings
 
     files, _ = files_of(paths, frozenset())
-    found = decode(files, max_bytes=get_settings().max_ais_file_bytes)
+    found = decode(
+        files,
+        max_bytes=get_settings().max_ais_file_bytes,
+        mapping=_mapping_of(mapping),
+        on_reject=_print_reject if rejected else None,
+    )
     if as_json:
         typer.echo(json.dumps(found, indent=1))
         return
@@ -39,9 +62,29 @@ def inspect(
         typer.echo(f"{name:<10} {_in_words(value)}")
 
 
+def _print_reject(entry: str, reject: "Reject") -> None:
+    where = f"{entry}:{reject.line}" if entry else f"line {reject.line}"
+    typer.echo(f"{where}: {reject.message}: {reject.text.decode('utf-8', 'replace')}", err=True)
+
+
+def _mapping_of(path: Path | None) -> "TableMapping | None":
+    from app.domain.table_mapping import MappingError, TableMapping
+
+    if path is None:
+        return None
+    try:
+        data = json.loads(path.read_text())
+        return TableMapping.of(data if isinstance(data, dict) else {})
+    except (ValueError, RecursionError) as error:
+        field = f"{error.field}: " if isinstance(error, MappingError) else ""
+        raise typer.BadParameter(f"{path}: {field}{error}", param_hint="--mapping") from error
+
+
 def _in_words(value: Any) -> str:  # noqa: ANN401  a part of JSON
     if isinstance(value, dict):
         return ", ".join(f"{name} {_in_words(count)}" for name, count in value.items()) or "none"
+    if isinstance(value, list):
+        return ", ".join(map(str, value))
     return f"{value:,}" if isinstance(value, int) else str(value or "none")
 
 
@@ -50,6 +93,7 @@ def import_recordings(
     site: Annotated[
         int | None, typer.Option(help="Id of the site that alone may use it; else all sites")
     ] = None,
+    mapping: MappingFile = None,
 ) -> None:
     """Import AIS recordings; the same bytes again change nothing."""
     from app.ais.service import import_ais_file
@@ -57,6 +101,7 @@ def import_recordings(
     from app.sites.service import get_site
 
     files, _ = files_of(paths, frozenset())
+    chosen = _mapping_of(mapping)
     refused = 0
     with open_installation() as here:
         if site is not None:
@@ -71,6 +116,7 @@ def import_recordings(
                     site_id=site,
                     file_name=file.name,
                     max_bytes=here.settings.max_ais_file_bytes,
+                    mapping=chosen,
                 )
             except (Invalid, TooLarge) as error:
                 refused += 1

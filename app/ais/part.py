@@ -30,6 +30,7 @@ Report = PositionReport | StaticReport
 _CHUNK_BYTES = 1 << 18
 _LONGEST_SHOWN = 120
 _LINES_LOOKED_AT = 50
+_MOST_NULS = 0.05  # of a text; a serial line's noise brings some
 _GZIP = b"\x1f\x8b"
 _SENTENCE = re.compile(rb"![0-9A-Z-]{2}VD[MO],")
 _BINARY_KINDS = (
@@ -194,10 +195,7 @@ class Part:
         """Tell the kind by the beginning of a text. Raises Invalid for none."""
         if not head:
             raise self._refused(f"it is empty; {WANTED}")
-        if b"\x00" in head or any(head.startswith(magic) for magic, _ in _BINARY_KINDS):
-            kind = next(
-                (kind for magic, kind in _BINARY_KINDS if head.startswith(magic)), "binary data"
-            )
+        if kind := _binary_kind(head):
             raise self._refused(f"this is {kind}; {WANTED}")
         lines = list(islice(filter(bytes.strip, self._head_lines()), _LINES_LOOKED_AT))
         if any(b"{" in line and row_of(line) is not None for line in lines):
@@ -214,6 +212,14 @@ class Part:
     def _refused(self, reason: str) -> Invalid:
         where = f"its entry {self.entry[:_LONGEST_SHOWN]!r}: " if self.entry else ""
         return Invalid.field("file", f"{where}{reason}")
+
+
+def _binary_kind(head: bytes) -> str:
+    """Say what a beginning is that is no text; empty for a text, also one from a noisy line."""
+    if head[257:262] == b"ustar":
+        return "a tar archive"
+    kind = next((kind for magic, kind in _BINARY_KINDS if head.startswith(magic)), "")
+    return kind or ("binary data" if head.count(0) > _MOST_NULS * len(head) else "")
 
 
 def _text(line: bytes) -> str:

@@ -3,7 +3,7 @@
 `readable` is the set of sites that a caller may read, None for all; shared rows are for everybody.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import datetime
@@ -21,6 +21,7 @@ from app.ais.summary import RecordingSummary
 from app.ais.track import segments
 from app.db import Database
 from app.domain.accounting import Accounting
+from app.domain.rejects import Reject
 from app.domain.table_mapping import TableMapping
 from app.errors import NotFound
 from app.paging import Paging
@@ -134,25 +135,29 @@ def inspect(
     *,
     max_bytes: int = DEFAULT_MAX_BYTES,
     mapping: TableMapping | None = None,
+    on_reject: Callable[[str, Reject], None] | None = None,
 ) -> dict[str, Any]:
     """Decode recordings without storing: the sums of all, the vessels, the first and last moment.
 
-    Returns `{"lines", "sentences", "messages", "vessels", "first", "last"}`. Raises Invalid for
-    what is no recording.
+    Returns `{"lines", "sentences", "messages", "vessels", "first", "last", "formats"}`. `on_reject`
+    hears of each line that is not taken. Raises Invalid for what is no recording.
     """
     accounting = Accounting()
     summary = RecordingSummary()
+    formats = set()
     for path in paths:
         with path.open("rb") as stream:
-            recording = Recording(stream, max_bytes=max_bytes, mapping=mapping)
+            recording = Recording(stream, max_bytes=max_bytes, mapping=mapping, on_reject=on_reject)
             for report in recording.reports():
                 summary.add(report)
             accounting.add(recording.accounting)
+            formats.add(recording.format)
     return {
         **accounting.as_dict(),
         "vessels": len(summary.vessels),
         "first": _iso(summary.first),
         "last": _iso(summary.last),
+        "formats": sorted(formats),
     }
 
 

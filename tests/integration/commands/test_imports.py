@@ -118,7 +118,15 @@ def test_inspecting_stores_nothing_and_accounts_for_every_line(
 
     assert outcome.code == 0, outcome.error
     found = json.loads(outcome.out)
-    assert list(found) == ["lines", "sentences", "messages", "vessels", "first", "last"]
+    assert list(found) == [
+        "lines",
+        "sentences",
+        "messages",
+        "vessels",
+        "first",
+        "last",
+        "formats",
+    ]
     lines = found["lines"]
     assert lines.pop("total") == len(recording.read_bytes().splitlines()) == sum(lines.values())
     assert found["vessels"] > 100
