@@ -7,7 +7,7 @@ held for a fraction of a second even for tens of thousands of images.
 
 import csv
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -17,6 +17,7 @@ from sqlalchemy.orm.exc import StaleDataError
 from app.db import now
 from app.errors import Conflict, Invalid, NotFound, PreconditionFailed
 from app.imagery.names import tidy
+from app.imagery.true_time import corrected_times
 from app.imports import repository, states
 from app.imports.preview import Camera as Judge
 from app.imports.preview import Preview, Ready, preview, viewport_at
@@ -194,37 +195,42 @@ def commit(session: Session, row: ImageImport, made: Preview, *, leave_out_waiti
         raise Conflict("none of its files can become an image; see what is odd about them")
     repository.share_camera(session, row.camera_id)
     spans = repository.viewports(session, row.camera_id)
-
-    def viewport_of(moment: datetime) -> int | None:
-        found = viewport_at(spans, moment)
-        return found.id if found else None
-
-    repository.upsert_images(session, [_image(row, item, viewport_of) for item in made.ready])
+    told = [(item.told.moment, item.told.source) for item in made.ready]
+    true_times = corrected_times(session, row.camera_id, told)
+    repository.upsert_images(
+        session,
+        [
+            _image(row, item) | _at(true_time, spans)
+            for item, true_time in zip(made.ready, true_times, strict=True)
+        ],
+    )
     row.status, row.committed_at = status, now()
     row.image_count = repository.count_images(session, row)
     flush(session)
 
 
-def _image(
-    row: ImageImport, item: Ready, viewport_of: Callable[[datetime], int | None]
-) -> dict[str, Any]:
-    file, moment = item.file, item.told.moment
+def _image(row: ImageImport, item: Ready) -> dict[str, Any]:
+    file = item.file
     media_type = file.media_type or ""
     return {
         "site_id": row.site_id,
         "camera_id": row.camera_id,
-        "viewport_id": viewport_of(moment),
         "sha256": file.sha256,
         "media_type": media_type,
         "file_name": tidy(file.path, media_type),
         "size_bytes": file.size_bytes,
         "width_px": file.width_px,
         "height_px": file.height_px,
-        "captured_at": moment,
-        "captured_at_raw": moment,
+        "captured_at_raw": item.told.moment,
         "captured_at_source": item.told.source,
         "import_id": row.id,
     }
+
+
+def _at(true_time: datetime, spans: Sequence[Viewport]) -> dict[str, Any]:
+    """Return an image's true moment and the viewport that was valid then."""
+    viewport = viewport_at(spans, true_time)
+    return {"captured_at": true_time, "viewport_id": viewport.id if viewport else None}
 
 
 def discard(session: Session, row: ImageImport) -> None:
@@ -286,14 +292,22 @@ def move(session: Session, row: ImageImport, target: Camera) -> int:
     spans = repository.viewports(session, target.id)
     repository.hide_images(session, row, now())
     row.camera_id, row.site_id = target.id, target.site_id
-    repository.upsert_images(session, [_moved(image, target, spans) for image in images])
+    told = [(image.captured_at_raw, image.captured_at_source) for image in images]
+    true_times = corrected_times(session, target.id, told)
+    repository.upsert_images(
+        session,
+        [
+            _moved(image, target) | _at(true_time, spans)
+            for image, true_time in zip(images, true_times, strict=True)
+        ],
+    )
     row.image_count = repository.count_images(session, row)
     flush(session)
     session.refresh(row, ["camera"])
     return len(images)
 
 
-def _moved(image: Image, target: Camera, spans: Sequence[Viewport]) -> dict[str, Any]:
+def _moved(image: Image, target: Camera) -> dict[str, Any]:
     kept = (
         "sha256",
         "media_type",
@@ -305,13 +319,8 @@ def _moved(image: Image, target: Camera, spans: Sequence[Viewport]) -> dict[str,
         "captured_at_source",
         "import_id",
     )
-    found = viewport_at(spans, image.captured_at_raw)
-    return {name: getattr(image, name) for name in kept} | {
-        "site_id": target.site_id,
-        "camera_id": target.id,
-        "viewport_id": found.id if found else None,
-        "captured_at": image.captured_at_raw,
-    }
+    own = {"site_id": target.site_id, "camera_id": target.id}
+    return {name: getattr(image, name) for name in kept} | own
 
 
 def flush(session: Session) -> None:
