@@ -111,7 +111,7 @@ class TimeReader:
             moment = datetime(
                 year, month, day, hour, minute, second, millisecond * 1000, tzinfo=UTC
             )
-        except ValueError:
+        except (ValueError, OverflowError):
             return None
         return PghpLine(self.plausible(moment), b",".join(fields[9:12]))
 
@@ -158,9 +158,9 @@ def _of_iso(match: re.Match[bytes]) -> datetime | None:
     microsecond = int((match[7] or b"0").ljust(6, b"0"))
     try:
         moment = datetime(year, month, day, hour, minute, second, microsecond, tzinfo=UTC)
-    except ValueError:
+        if match[9]:
+            offset = timedelta(hours=int(match[10]), minutes=int(match[11]))
+            moment += offset if match[9] == b"-" else -offset
+    except (ValueError, OverflowError):
         return None
-    if match[9]:
-        offset = timedelta(hours=int(match[10]), minutes=int(match[11]))
-        moment += offset if match[9] == b"-" else -offset
     return moment

@@ -98,6 +98,7 @@ def test_damaged_pghp_is_none(line: bytes) -> None:
         (b"1714564806.5 ", datetime(2024, 5, 1, 12, 0, 6, 500_000, tzinfo=UTC)),
         (b"  1714564806500 ", datetime(2024, 5, 1, 12, 0, 6, 500_000, tzinfo=UTC)),
         (b"2024-13-01T12:00:06Z ", None),
+        (b"9999-12-31T23:59:59-10:00 ", None),
         (b"station 42 ", None),
     ],
 )
@@ -120,6 +121,13 @@ def test_suffixes(text: bytes, epoch: int | None) -> None:
     """The first plausible epoch after the checksum is the reception."""
     expected = None if epoch is None else datetime.fromtimestamp(epoch, UTC)
     assert TIMES.suffix(text) == expected
+
+
+@pytest.mark.parametrize("year", ["99999999999", "2013" * 9])
+def test_a_number_beyond_all_bounds_is_no_time(year: str) -> None:
+    """A damaged line may have the right checksum by chance, and a year that no date can hold."""
+    body = f"PGHP,1,{year},11,12,12,0,0,26,219,,2190074,1,67".encode()
+    assert TIMES.pghp(b"$%b*%02X" % (body, xor_checksum(body))) is None
 
 
 @given(st.binary(max_size=80))
