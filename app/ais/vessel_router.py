@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from app.ais import service
 from app.ais.area import Area
+from app.ais.doubts import doubts_of
 from app.ais.moments import From, To
 from app.ais.vessel_list import listed
 from app.ais.vessel_schemas import PositionOut, TrackOut, VesselDetailOut, VesselOut
@@ -74,7 +75,8 @@ def list_positions(
         paging,
         service.PositionFilter(mmsi=number, start=start, end=end, area=area),
     )
-    items = [PositionOut.of(position, view.identities) for position in positions]
+    doubts = doubts_of(session, view.readable, [position.id for position in positions])
+    items = [PositionOut.of(position, view.identities, doubts) for position in positions]
     return Page(items=items, next_cursor=cursor)
 
 
@@ -110,6 +112,7 @@ def get_vessel(mmsi: str, session: SessionDep) -> VesselDetailOut:
         statics[0] if statics else None,
         positions[0] if positions else None,
         view.identities,
+        doubts_of(session, view.readable, [position.id for position in positions]),
     )
 
 

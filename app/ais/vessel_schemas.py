@@ -4,12 +4,14 @@ Units stand in the names; null stands for "not available", or for what would nam
 identity the caller may not see.
 """
 
+from collections.abc import Mapping
 from datetime import datetime
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
 from app.ais.service import Track
+from app.domain.plausibility import Doubt
 from app.identities.shown import Identities, VesselId
 from app.tables.ais import AisPosition, AisStatic, Vessel
 
@@ -39,13 +41,20 @@ class PositionOut(BaseModel):
     ais_class: str | None
     high_accuracy: bool | None
     fix_time_source: str
+    doubts: list[Doubt] = Field(
+        description="What is hard to believe of it, given all that its vessel sent; none is deleted"
+    )
 
     @classmethod
-    def of(cls, position: AisPosition, told: Identities) -> "PositionOut":
-        """Show a row."""
-        names = [name for name in cls.model_fields if name != "mmsi"]
+    def of(
+        cls, position: AisPosition, told: Identities, doubts: Mapping[int, list[Doubt]]
+    ) -> "PositionOut":
+        """Show a row; `doubts` are those of positions by their id."""
+        names = [name for name in cls.model_fields if name not in {"mmsi", "doubts"}]
         return cls(
-            mmsi=told.vessel(position.mmsi), **{name: getattr(position, name) for name in names}
+            mmsi=told.vessel(position.mmsi),
+            doubts=doubts[position.id],
+            **{name: getattr(position, name) for name in names},
         )
 
 
@@ -125,12 +134,13 @@ class VesselDetailOut(VesselOut):
         static: AisStatic | None,
         position: AisPosition | None,
         told: Identities,
+        doubts: Mapping[int, list[Doubt]],
     ) -> "VesselDetailOut":
         """Put a vessel and its latest reports together."""
         return cls(
             **VesselOut.of(vessel, told).model_dump(),
             latest_static=StaticOut.of(static, told) if static else None,
-            latest_position=PositionOut.of(position, told) if position else None,
+            latest_position=PositionOut.of(position, told, doubts) if position else None,
         )
 
 

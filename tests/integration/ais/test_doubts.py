@@ -2,6 +2,8 @@
 
 from datetime import timedelta
 
+from starlette.testclient import TestClient
+
 from app.ais.doubts import doubts_of
 from app.db import Database
 from app.domain.fusion_settings import FusionSettings, Preset
@@ -9,7 +11,7 @@ from app.domain.geodesy import Geodetic
 from app.domain.plausibility import Doubt
 from app.domain.vessel_state import HeadingSource, StateFlag, TrackMethod
 from app.tables.sites import Site
-from tests.factories.ais import MMSI, NOON, make_position, make_static
+from tests.factories.ais import MMSI, NOON, make_position, make_static, make_vessel
 from tests.factories.sites import make_site
 from worker.tasks.vessel_states import states_around, with_doubts
 
@@ -45,6 +47,19 @@ def test_positions_are_judged_by_all_that_their_vessel_sent(database: Database) 
         assert found[far[0]] == [Doubt.FAR_AWAY]
         everywhere = doubts_of(session, None, steady)
         assert any(Doubt.JUMP in of or Doubt.TWO_PLACES in of for of in everywhere.values())
+
+
+def test_rest_tells_the_doubts_of_positions(client: TestClient, database: Database) -> None:
+    """A list of positions has each one's doubts, and nothing is left out of it."""
+    with database.writing() as session:
+        site = make_site(session)
+        for index, lat_deg in enumerate((53.5, 53.5, 53.9, 53.5)):
+            make_position(session, site, NOON + timedelta(seconds=10 * index), lat_deg=lat_deg)
+        make_vessel(session)
+    items = client.get("/api/v1/ais/positions").json()["items"]
+    assert [item["doubts"] for item in items] == [[], [], ["jump"], []]
+    latest = client.get(f"/api/v1/ais/vessels/{MMSI}").json()["latest_position"]
+    assert latest["doubts"] == []
 
 
 def test_states_carry_the_doubts_of_their_reports(database: Database) -> None:
