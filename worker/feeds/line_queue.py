@@ -9,6 +9,7 @@ import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from datetime import datetime
+from itertools import islice
 
 from app.domain.nmea_lines import LONGEST_LINE
 
@@ -56,18 +57,20 @@ class LineQueue:
         self._changed = threading.Condition()
 
     def put(self, arrival: datetime, lines: Sequence[bytes]) -> None:
-        """Append lines that came at a moment; those for which there is no room are dropped."""
+        """Append lines that came at a moment, up to the first for which there is no room.
+
+        Dropping the rest costs nothing a line, or a flood would starve who empties the queue.
+        """
         with self._changed:
-            for line in lines:
-                is_full = (
-                    len(self._lines) >= self._most_lines
-                    or self._bytes + len(line) > self._most_bytes
-                )
-                if is_full:
-                    self._dropped += 1
-                else:
-                    self._lines.append((arrival, line))
-                    self._bytes += len(line)
+            room = self._most_lines - len(self._lines)
+            kept = 0
+            for line in islice(lines, room):
+                if self._bytes + len(line) > self._most_bytes:
+                    break
+                self._lines.append((arrival, line))
+                self._bytes += len(line)
+                kept += 1
+            self._dropped += len(lines) - kept
             self._changed.notify()
 
     def drop(self, count: int) -> None:
