@@ -17,6 +17,7 @@ import structlog
 from sqlalchemy.exc import OperationalError
 
 from app import schema
+from app.ais.service import tidy_up
 from app.config import Settings
 from app.db import Database
 from app.errors import Conflict
@@ -86,6 +87,7 @@ def _take_jobs(
     presence = Presence(database, runner, settings, executor_id, give_up)
     presence.announce()
     runner.launch()
+    threading.Thread(target=tidy_up, args=(database,), daemon=True).start()
     loops = LoopSupervisor(database, settings, executor_id, loop_kinds(database, settings))
     loops.start()
     set_startup_aside()

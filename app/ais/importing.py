@@ -27,6 +27,7 @@ from app.ais.turn import import_turn
 from app.db import Database
 from app.domain.accounting import Accounting
 from app.domain.table_mapping import TableMapping
+from app.errors import Unavailable
 from app.storage import Storage
 from app.tables.ais import AisFile
 
@@ -161,6 +162,12 @@ def remove_unfinished(database: Database) -> None:
         while not is_gone:
             with database.writing() as session:
                 is_gone = import_repository.remove_some(session, file_id)
+
+
+def tidy_up(database: Database) -> None:
+    """Remove what a killed process left, unless an import is under way; its end does it then."""
+    with suppress(Unavailable), import_turn(database, wait_s=0.0):
+        remove_unfinished(database)
 
 
 def vessel_rows(summary: RecordingSummary) -> list[dict[str, Any]]:

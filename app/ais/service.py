@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from app.ais import repository
 from app.ais.area import Area
-from app.ais.importing import Decoded, Imported, Importer, decoded, known_file, store
+from app.ais.importing import Decoded, Imported, Importer, decoded, known_file, store, tidy_up
 from app.ais.recording import Recording
 from app.ais.reports import ReportWindow, reports_between
 from app.ais.summary import RecordingSummary
@@ -51,6 +51,7 @@ __all__ = [
     "newest_files",
     "reports_between",
     "store",
+    "tidy_up",
     "track",
 ]
 
