@@ -13,7 +13,6 @@ from app.dependencies import DatabaseDep, SessionDep, SettingsDep, StorageDep
 from app.errors import AppError, Invalid, TooLarge, UnsupportedMedia
 from app.forms import ENTRY_ERRORS, Form, Submitted, parse, rejected
 from app.imagery import service as imagery
-from app.imagery.repository import ImageFilter
 from app.imports import actions, service
 from app.imports.intake import Place
 from app.imports.schemas import ImportIn, ImportOut, MoveIn, PreviewOut
@@ -254,7 +253,7 @@ def _list_page(
         camera=camera,
         site=camera.site,
         imports=[ImportOut.of(row) for row in rows],
-        has_images=imagery.count_images(session, ImageFilter(camera_id=camera.id)) > 0,
+        has_images=bool(imagery.spans_of_cameras(session, [camera.id])),
         form=form,
         may_ingest=access.may(Scope.INGEST, camera.site_id),
     )
@@ -303,7 +302,7 @@ def _show_page(
         made=PreviewOut.of(made, service.viewports(session, row), proposals) if made else None,
         along=None if is_open else service.takes_along(session, row),
         cameras=_others(session, access, camera),
-        has_images=imagery.count_images(session, ImageFilter(camera_id=camera.id)) > 0,
+        has_images=bool(imagery.spans_of_cameras(session, [camera.id])),
         kept_until=row.undone_at + service.KEPT_FOR if row.undone_at else None,
         times=Form(tried.entered, errors, error.detail if error else ""),
         may_ingest=access.may(Scope.INGEST, row.site_id),
