@@ -66,10 +66,11 @@ def stretch(
         raise Invalid.field("to", "must come after `from`, by at most six hours")
     fixes: dict[int, list[Fix]] = {}
     classes: dict[int, str | None] = {}
-    moment, count = start, 0
+    start_s = start.timestamp()
+    since_s, count = 0.0, 0
     for row in map_repository.moving(session, readable, start, end, area, MOST_READ):
-        mmsi, moment, lat_deg, lon_deg, sog_kn, cog_deg, heading_deg, source, ais_class = row
-        since_s = (moment - start).total_seconds()
+        mmsi, epoch_s, lat_deg, lon_deg, sog_kn, cog_deg, heading_deg, source, ais_class = row
+        since_s = round(epoch_s - start_s, 2)
         fix = Fix(since_s, lat_deg, lon_deg, sog_kn, cog_deg, heading_deg, source)
         own = fixes.setdefault(mmsi, [])
         count += 1
@@ -82,7 +83,7 @@ def stretch(
     return Stretch(
         start=start,
         end=end,
-        read_until=moment if count >= MOST_READ else end,
+        read_until=start + timedelta(seconds=since_s) if count >= MOST_READ else end,
         tolerance_m=tolerance_m,
         tracks=[
             Moved(mmsi, vessels.get(mmsi), classes[mmsi], own, doubts_of(mmsi, fixes[mmsi], start))

@@ -14,6 +14,8 @@ from app.ais.thinning import METRES_PER_DEG, Fix
 from app.domain.ais import MPS_PER_KN
 from app.domain.plausibility import FASTEST_KN, NEIGHBOURS, Doubt, doubts
 
+_SLOWLY_DEG_S = FASTEST_KN * MPS_PER_KN / METRES_PER_DEG
+
 
 @dataclass(frozen=True, slots=True)
 class _Reported:
@@ -55,7 +57,10 @@ def doubts_of(mmsi: int, fixes: Sequence[Fix], start: datetime) -> list[Doubt]:
 def _is_odd(first: Fix, second: Fix) -> bool:
     """Whether a step is longer than the fastest craft makes, or a speed higher than it has."""
     north = second.lat_deg - first.lat_deg
-    east = (second.lon_deg - first.lon_deg) * math.cos(math.radians(first.lat_deg))
+    east = second.lon_deg - first.lon_deg
+    if abs(north) + abs(east) < _SLOWLY_DEG_S * (second.time_s - first.time_s):
+        return _too_fast(second)
+    east *= math.cos(math.radians(first.lat_deg))
     way_m = math.hypot(north, east) * METRES_PER_DEG
     return way_m > FASTEST_KN * MPS_PER_KN * (second.time_s - first.time_s) or _too_fast(second)
 

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
 import { readAddress, writeAddress } from "./address";
-import { chunksFor, covers } from "./chunks";
+import { CHUNK_S, chunksFor, covers } from "./chunks";
 
 describe("the map's address", () => {
   it("shows the same again", () => {
@@ -25,9 +25,9 @@ describe("the map's address", () => {
 });
 
 describe("what is loaded", () => {
-  it("begins with the half hour of the moment", () => {
-    expect(chunksFor(10 * 1800 + 5, 3600, 600)).toEqual([10, 9, 8]);
-    expect(chunksFor(10 * 1800 + 1500, 60, 600)).toEqual([10, 11]);
+  it("begins with the moment itself", () => {
+    expect(chunksFor(10 * CHUNK_S + 5, 2 * CHUNK_S, 300)).toEqual([10, 9, 8]);
+    expect(chunksFor(10 * CHUNK_S + 500, 60, 300)).toEqual([10, 11]);
   });
 
   it("serves nearby views at nearly the same scale only", () => {

@@ -1,14 +1,14 @@
 /**
- * Which tracks are loaded: half hours around the moment, for what is in sight at the map's scale.
+ * Which tracks are loaded: ten minutes at a time, around the moment, for what is in sight at the map's scale.
  *
- * The half hour of the moment itself comes first, so that there is something to see at once. Moving
+ * Those of the moment itself come first, so that there is something to see at once. Moving
  * the map within its surroundings or zooming a little loads nothing.
  */
 import { call } from "../api";
 import type { StretchJson, TrackStore } from "./track-store";
 
-export const CHUNK_S = 1800;
-const KEPT = 24;
+export const CHUNK_S = 600;
+const KEPT = 60;
 const AT_ONCE = 2;
 
 /** What is loaded of the world: west, south, east, north in degrees, and how exactly. */
@@ -100,23 +100,24 @@ export class Chunks {
       bbox: scope.box.map((degrees) => degrees.toFixed(5)).join(","),
       tolerance_m: String(scope.toleranceM),
     });
+    let found: unknown = null;
+    let failure: unknown = null;
     try {
-      const found = await call(`/api/v1/sites/${this.siteId}/ais/tracks?${query.toString()}`);
-      if (generation === this.generation) {
-        this.store.keep(new Set([...this.wanted, chunk]));
-        this.store.add(chunk, found as StretchJson);
-        this.onLoaded();
-      }
+      found = await call(`/api/v1/sites/${this.siteId}/ais/tracks?${query.toString()}`);
     } catch (error) {
-      if (generation === this.generation) {
-        this.onFailed(error);
-        return; // asked for again with the next moment
-      }
-    } finally {
-      if (generation === this.generation) {
-        this.loading.delete(chunk);
-      }
+      failure = error;
     }
+    if (generation !== this.generation) {
+      return; // another place or scale is wanted by now
+    }
+    this.loading.delete(chunk);
+    if (found === null) {
+      this.onFailed(failure); // asked for again with the next moment
+      return;
+    }
+    this.store.keep(new Set([...this.wanted, chunk]));
+    this.store.add(chunk, found as StretchJson);
     this.next();
+    this.onLoaded();
   }
 }
