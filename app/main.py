@@ -12,6 +12,7 @@ from app.ais import map_router as ais_map
 from app.ais import pages as ais_pages
 from app.ais import router as ais
 from app.ais import upload_pages as ais_upload_pages
+from app.auth import factor_pages
 from app.auth import pages as auth_pages
 from app.auth import router as auth
 from app.auth.declared import refuse_undeclared_routes
@@ -91,6 +92,7 @@ REST = (
 PAGES = (
     home_pages,
     auth_pages,
+    factor_pages,
     admin_pages,
     site_pages,
     water_pages,

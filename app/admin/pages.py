@@ -7,12 +7,16 @@ from fastapi.responses import RedirectResponse, Response
 from sqlalchemy.orm import Session
 
 from app.admin import service
+from app.auth import links, second_factor, users
 from app.auth import service as auth
-from app.auth import users
 from app.auth.access import Access, Scope, allowed
-from app.dependencies import PagingDep, SessionDep
+from app.auth.audit import record
+from app.auth.links import HandedOut
+from app.config import Settings
+from app.dependencies import PagingDep, SessionDep, SettingsDep
 from app.errors import Conflict, Invalid
 from app.paging import Paging
+from app.reviews import queues
 from app.tables.identity import Role
 from app.templating import page
 
@@ -24,7 +28,9 @@ MOST_SHOWN = 1000
 NOTICES = {
     "added": "The person is added. Tell them their password; it is not shown again.",
     "changed": "The change is stored.",
-    "removed": "The person is removed; what they made stays.",
+    "removed": "The person is removed; what they made stays, without their name.",
+    "handed-over": "Their open queues and leases are handed over.",
+    "withdrawn": "The invitation is withdrawn.",
     "revoked": "The token is revoked.",
 }
 
@@ -93,9 +99,83 @@ def set_active(
 
 @router.post("/users/{user_id}/remove")
 def remove_user(user_id: int, session: SessionDep, access: Administrator) -> Response:
-    """Remove a person."""
-    users.remove_user(session, users.user_for(session, access, user_id), access=access)
+    """Remove a person; what they hold of review queues goes back."""
+    user = users.user_for(session, access, user_id)
+    queues.let_go(session, user.id)
+    users.remove_user(session, user, access=access)
     return RedirectResponse("/admin/users?done=removed", status_code=303)
+
+
+@router.post("/users/{user_id}/hand-over")
+def hand_over(
+    user_id: int,
+    session: SessionDep,
+    settings: SettingsDep,
+    access: Administrator,
+    taker_id: Annotated[int, Form()] = 0,
+) -> Response:
+    """Give a person's open review queues and leases to another."""
+    giver = users.user_for(session, access, user_id)
+    taker = users.user_for(session, access, taker_id)
+    count = queues.hand_over(session, giver.id, taker.id, settings.review_lease_s)
+    record(session, access, "hand over", "user", giver.id, taker_id=taker.id, items=count)
+    return RedirectResponse("/admin/users?done=handed-over", status_code=303)
+
+
+@router.post("/users/{user_id}/reset-link")
+def make_reset_link(
+    user_id: int, request: Request, session: SessionDep, access: Administrator
+) -> Response:
+    """Make a link with which a person sets a new password, and show it this once."""
+    handed = links.reset(session, access, users.user_for(session, access, user_id))
+    return _users(request, session, access, link=handed)
+
+
+@router.post("/users/{user_id}/second-factor")
+def change_second_factor(
+    user_id: int,
+    session: SessionDep,
+    access: Administrator,
+    wanted: Annotated[str, Form(max_length=10)] = "",
+) -> Response:
+    """Demand a second factor of a person, no longer demand it, or take away a lost one."""
+    user = users.user_for(session, access, user_id)
+    if wanted not in {"demand", "free", "reset"}:
+        raise Invalid.field("wanted", "must be demand, free or reset")
+    if wanted == "reset":
+        second_factor.reset(session, access, user)
+    else:
+        second_factor.demand(session, access, user, wanted=wanted == "demand")
+    return RedirectResponse("/admin/users?done=changed", status_code=303)
+
+
+@router.post("/invitations")
+def invite(
+    request: Request,
+    session: SessionDep,
+    access: Administrator,
+    email: Text,
+    role: Annotated[Role, Form()],
+    site_id: Site = "",
+) -> Response:
+    """Make an invitation and show its link, this once."""
+    try:
+        handed = links.invite(
+            session, access, email=email, role=role, site_id=int(site_id) if site_id else None
+        )
+    except (Invalid, Conflict) as error:
+        values = {"email": email, "role": role.value, "site_id": site_id}
+        return _users(request, session, access, invite_error=error.detail, values=values)
+    return _users(request, session, access, link=handed)
+
+
+@router.post("/invitations/withdraw")
+def withdraw_invitation(
+    session: SessionDep, access: Administrator, link_id: Annotated[int, Form()]
+) -> Response:
+    """Make an invitation worthless."""
+    links.withdraw(session, access, link_id)
+    return RedirectResponse("/admin/users?done=withdrawn", status_code=303)
 
 
 @router.get("/tokens")
@@ -154,20 +234,31 @@ def _users(
     *,
     notice: str = "",
     error: str = "",
+    invite_error: str = "",
+    link: HandedOut | None = None,
     values: dict[str, str] | None = None,
 ) -> Response:
     found, _ = users.list_users(session, access, Paging(limit=MOST_SHOWN, after=None))
     return page(
         request,
         "admin/users.html",
-        status_code=422 if error else 200,
+        status_code=422 if error or invite_error else 200,
         users=found,
+        invitations=links.open_invitations(session, access),
+        invite_error=invite_error,
+        link=f"{_address(request)}{link.path}" if link else "",
+        linked=link.link.email if link else "",
         sites=auth.all_site_names(session),
         roles=[(role.value, role.value.capitalize()) for role in Role],
         flashes=_flashes(notice),
         error=error,
         values=values or {},
     )
+
+
+def _address(request: Request) -> str:
+    settings: Settings = request.app.state.settings
+    return (settings.public_url or str(request.base_url)).rstrip("/")
 
 
 def _flashes(notice: str) -> list[dict[str, str]]:

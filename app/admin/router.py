@@ -12,6 +12,7 @@ from app.auth.idempotency import IdempotentRoute
 from app.auth.schemas import UserIn, UserOut, UserPatch
 from app.auth.versions import check_if_match, set_etag
 from app.dependencies import Page, PagingDep, SessionDep
+from app.reviews import queues
 from app.tables.identity import User
 
 router = APIRouter(route_class=IdempotentRoute)
@@ -77,7 +78,9 @@ def update_user(
 @router.delete("/users/{user_id}", status_code=204, tags=["users"])
 def remove_user(user_id: int, session: SessionDep, access: Administrator) -> None:
     """Remove a person; what they made stays. The last administrator cannot be removed."""
-    users.remove_user(session, users.user_for(session, access, user_id), access=access)
+    user = users.user_for(session, access, user_id)
+    queues.let_go(session, user.id)
+    users.remove_user(session, user, access=access)
 
 
 @router.get("/audit-log", tags=["audit log"])

@@ -9,6 +9,7 @@ from urllib.parse import quote, urlsplit
 from fastapi import Request
 
 HOME = "/"
+CODE = "/sign-in/code"
 SIGN_IN = "/sign-in"
 LONGEST_DESTINATION = 2000
 

@@ -1,15 +1,16 @@
 """Pages of the caller: signing in and out, the account with its password and tokens."""
 
 from typing import Annotated
+from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Form, Query, Request
 from fastapi.responses import RedirectResponse, Response
 from sqlalchemy.orm import Session
 
-from app.auth import service, users
+from app.auth import second_factor, service, users
 from app.auth.access import Access, Scope, access_of, allowed, public
 from app.auth.authentication import SESSION_COOKIE
-from app.auth.destination import SIGN_IN, safe_destination
+from app.auth.destination import CODE, SIGN_IN, safe_destination
 from app.config import Settings
 from app.dependencies import DatabaseDep, SessionDep, SettingsDep
 from app.errors import AppError, Invalid, TooManyRequests, Unauthenticated, Unavailable
@@ -23,6 +24,8 @@ MOST_TOKENS_SHOWN = 1000
 NOTICES = {
     "password": "Your password is changed; your other browsers are signed out.",
     "revoked": "The token is revoked.",
+    "ended": "That browser is signed out.",
+    "factor-off": "Signing in asks for no code any more.",
 }
 
 
@@ -49,27 +52,20 @@ def sign_in(
     """Check the password; on success set a fresh session cookie and go where one wanted to go."""
     destination = safe_destination(destination)
     try:
-        cookie = service.sign_in(
+        opened = service.sign_in(
             database,
             request.app.state.sign_in_throttle,
             email=email,
             password=password,
-            address=request.client.host if request.client else "",
+            browser=browser_of(request),
             hours=settings.session_hours,
             replaces=access_of(request),
         )
     except (Unauthenticated, TooManyRequests, Unavailable) as error:
         return _refused(request, error, email, destination)
-    response = RedirectResponse(destination, status_code=303)
-    response.set_cookie(
-        SESSION_COOKIE,
-        cookie,
-        max_age=settings.session_hours * 3600,
-        httponly=True,
-        samesite="lax",
-        secure=_is_https(request, settings),
-    )
-    return response
+    if opened.awaits_code:
+        destination = f"{CODE}?{urlencode({'next': destination})}"
+    return signed_in(request, settings, opened.cookie, destination)
 
 
 @router.post("/sign-out")
@@ -154,6 +150,8 @@ def _account(
         "auth/account.html",
         status_code=422 if password_error or token_error else 200,
         access=access,
+        sessions=service.sessions_of(session, access),
+        factor=second_factor.state_of(session, access),
         sites=service.site_names(session, access),
         tokens=[token for token in tokens if token.revoked_at is None],
         scopes=[scope for scope in Scope if scope in access.scopes()],
@@ -162,6 +160,26 @@ def _account(
         token_error=token_error,
         new_token=new_token,
     )
+
+
+def browser_of(request: Request) -> service.Browser:
+    """Return where a request comes from."""
+    address = request.client.host if request.client else ""
+    return service.Browser(address, request.headers.get("user-agent", ""))
+
+
+def signed_in(request: Request, settings: Settings, cookie: str, destination: str) -> Response:
+    """Set the session cookie and go where somebody wanted to go."""
+    response = RedirectResponse(destination, status_code=303)
+    response.set_cookie(
+        SESSION_COOKIE,
+        cookie,
+        max_age=settings.session_hours * 3600,
+        httponly=True,
+        samesite="lax",
+        secure=_is_https(request, settings),
+    )
+    return response
 
 
 def _is_https(request: Request, settings: Settings) -> bool:

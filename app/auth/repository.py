@@ -9,7 +9,17 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
 from app.paging import Paging, fetch_page
-from app.tables.identity import ApiToken, IdempotencyKey, LoginSession, Membership, Role, User
+from app.tables.identity import (
+    AccountLink,
+    ApiToken,
+    AuditEntry,
+    IdempotencyKey,
+    LoginSession,
+    Membership,
+    RecoveryCode,
+    Role,
+    User,
+)
 from app.tables.sites import Site
 
 
@@ -40,7 +50,16 @@ class Credential:
 
 
 # These two are asked at every request, so they are put together once and read no objects.
-_PERSON = (User.id, User.email, User.name, User.is_active, Membership.site_id, Membership.role)
+_PERSON = (
+    User.id,
+    User.email,
+    User.name,
+    User.is_active,
+    # Who owes a second factor may do nothing before it is set up.
+    User.totp_required & User.totp_secret.is_(None),
+    Membership.site_id,
+    Membership.role,
+)
 _OF_SESSION = (
     sa.select(LoginSession.id, *_PERSON)
     .join(User, User.id == LoginSession.user_id)
@@ -48,6 +67,7 @@ _OF_SESSION = (
     .where(
         LoginSession.token_sha256 == sa.bindparam("sha256"),
         LoginSession.expires_at > sa.bindparam("moment"),
+        ~LoginSession.awaits_code,
     )
 )
 _OF_TOKEN = (
@@ -76,19 +96,33 @@ def credential_of_token(session: Session, sha256: str, moment: datetime) -> Cred
 
 def _credential(rows: Sequence[tuple[Any, ...]]) -> Credential:
     """Put the rows of one credential together: one for each role of the person."""
-    identifier, user_id, email, name, is_active, _, _, *token = rows[0]
-    roles = {row[5]: row[6] for row in rows if row[6] is not None}
+    identifier, user_id, email, name, is_active, owes_factor, _, _, *token = rows[0]
+    roles = {row[6]: row[7] for row in rows if row[7] is not None and not owes_factor}
     return Credential(identifier, user_id, email, name, is_active, roles, *token)
 
 
 def list_users(session: Session, paging: Paging) -> tuple[Sequence[User], str | None]:
     """Return a page of all users."""
-    return fetch_page(session, sa.select(User), User.id, paging)
+    return fetch_page(session, sa.select(User).where(User.removed_at.is_(None)), User.id, paging)
 
 
 def all_users(session: Session) -> Sequence[User]:
     """Return all people by address."""
-    return session.scalars(sa.select(User).order_by(User.email)).all()
+    return session.scalars(
+        sa.select(User).where(User.removed_at.is_(None)).order_by(User.email)
+    ).all()
+
+
+def forget_person(session: Session, user: User) -> None:
+    """Remove all that lets a person in, and their address from the audit log's details."""
+    for table in (LoginSession, ApiToken, IdempotencyKey, AccountLink, RecoveryCode):
+        session.execute(sa.delete(table).where(table.user_id == user.id))
+    session.execute(sa.delete(AccountLink).where(AccountLink.email == user.email))
+    about = sa.select(AuditEntry).where(
+        AuditEntry.entity == "user", AuditEntry.entity_id == user.id
+    )
+    for entry in session.scalars(about):
+        entry.details = {key: value for key, value in entry.details.items() if key != "email"}
 
 
 def list_tokens(

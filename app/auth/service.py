@@ -11,8 +11,9 @@ from datetime import datetime, timedelta
 
 from sqlalchemy.orm import Session
 
-from app.auth import audit, passwords, repository
+from app.auth import audit, link_repository, passwords, repository
 from app.auth.access import Access, Scope
+from app.auth.second_factor import fits
 from app.auth.throttle import SignInThrottle
 from app.auth.tokens import new_token, token_sha256
 from app.db import Database, now
@@ -22,6 +23,8 @@ from app.tables.identity import ApiToken, LoginSession, User
 
 TOKEN_USE_RESOLUTION = timedelta(hours=1)
 LONGEST_TOKEN_DAYS = 3650
+CODE_WITHIN = timedelta(minutes=10)
+LONGEST_USER_AGENT = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,23 +87,39 @@ def note_token_use(session: Session, token_id: int, moment: datetime) -> None:
     repository.note_token_use(session, token_id, moment)
 
 
+@dataclass(frozen=True, slots=True)
+class Browser:
+    """Where somebody signs in from, for the list of their sessions."""
+
+    address: str
+    user_agent: str
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedSession:
+    """A fresh session cookie, and whether a code is still owed before it is good for anything."""
+
+    cookie: str
+    awaits_code: bool
+
+
 def sign_in(
     database: Database,
     throttle: SignInThrottle,
     *,
     email: str,
     password: str,
-    address: str,
+    browser: Browser,
     hours: int,
     replaces: Access | None,
-) -> str:
+) -> OpenedSession:
     """Check a password and return a fresh session cookie; the browser's old session ends.
 
     Hashing is slow on purpose, so it happens before the writing transaction begins. Raises
     Unauthenticated with the same words for a wrong password, an unknown and an inactive person;
     TooManyRequests after too many failures for the account or from the address.
     """
-    with throttle.attempt(email, address) as attempt:
+    with throttle.attempt(email, browser.address) as attempt:
         with database.reading() as session:
             user = repository.user_by_email(session, email)
         known = user.password_hash if user is not None and user.is_active else None
@@ -108,25 +127,89 @@ def sign_in(
             attempt.failed()
             raise Unauthenticated("the e-mail address or the password is wrong")
         attempt.succeeded()
+    awaits_code = user.totp_secret is not None
+    lasts = CODE_WITHIN if awaits_code else timedelta(hours=hours)
     with database.writing() as session:
-        return _open_session(session, user, hours, replaces)
+        if replaces is not None and replaces.session_id is not None:
+            repository.drop_session(session, replaces.session_id)
+        cookie = _open_session(session, user, browser, lasts, awaits_code=awaits_code)
+    return OpenedSession(cookie, awaits_code)
 
 
-def _open_session(session: Session, user: User, hours: int, replaces: Access | None) -> str:
+def confirm_code(
+    database: Database,
+    throttle: SignInThrottle,
+    *,
+    cookie: str,
+    code: str,
+    browser: Browser,
+    hours: int,
+) -> str:
+    """Check the second factor of a browser that knows the password; return its session's cookie.
+
+    The cookie is a fresh one. Raises Unauthenticated for a wrong code and when the password has to
+    be given again; TooManyRequests after too many wrong codes.
+    """
+    with database.reading() as session:
+        waiting = link_repository.waiting_session(session, token_sha256(cookie), now())
+    if waiting is None:
+        raise Unauthenticated("too late; give your password again")
+    with throttle.attempt(f"code of {waiting.user_id}", browser.address) as attempt:
+        with database.writing() as session:
+            user = repository.user_by_id(session, waiting.user_id)
+            is_right = user is not None and user.is_active and fits(session, user, code)
+            if user is not None and is_right:
+                repository.drop_session(session, waiting.id)
+                fresh = _open_session(session, user, browser, timedelta(hours=hours))
+                attempt.succeeded()
+                return fresh
+        attempt.failed()
+        raise Unauthenticated("the code is wrong or was used already")
+
+
+def _open_session(
+    session: Session,
+    user: User,
+    browser: Browser,
+    lasts: timedelta,
+    *,
+    awaits_code: bool = False,
+) -> str:
     moment = now()
     repository.drop_expired_sessions(session, moment)
-    if replaces is not None and replaces.session_id is not None:
-        repository.drop_session(session, replaces.session_id)
     cookie = new_token()
     session.add(
         LoginSession(
             token_sha256=token_sha256(cookie),
             user_id=user.id,
-            expires_at=moment + timedelta(hours=hours),
+            expires_at=moment + lasts,
+            awaits_code=awaits_code,
+            user_agent=browser.user_agent[:LONGEST_USER_AGENT],
+            address=browser.address,
         )
     )
-    audit.record(session, _access(user), "sign-in", "user", user.id)
+    if not awaits_code:
+        audit.record(session, _access(user), "sign-in", "user", user.id)
     return cookie
+
+
+def sessions_of(session: Session, access: Access) -> Sequence[LoginSession]:
+    """Return the browsers where the caller is signed in, the newest first."""
+    return link_repository.sessions_of(session, access.user_id, now())
+
+
+def end_session(session: Session, access: Access, session_id: int) -> None:
+    """End one of the caller's own browser sessions. Raises NotFound."""
+    if session_id not in {found.id for found in sessions_of(session, access)}:
+        raise NotFound("there is no such session of yours")
+    repository.drop_session(session, session_id)
+    audit.record(session, access, "end", "session", session_id)
+
+
+def sign_out_everywhere(session: Session, access: Access) -> None:
+    """End all browser sessions of the caller, this one too."""
+    repository.drop_sessions_of(session, access.user_id)
+    audit.record(session, access, "sign-out everywhere", "user", access.user_id)
 
 
 def sign_out(session: Session, access: Access) -> None:

@@ -13,6 +13,7 @@ from sqlalchemy.orm.attributes import flag_modified
 
 from app.auth import audit, passwords, repository
 from app.auth.access import Access, Scope
+from app.db import now
 from app.errors import Conflict, Invalid, NotFound
 from app.paging import Paging
 from app.tables.identity import Membership, Role, User
@@ -82,7 +83,7 @@ def user_for(session: Session, access: Access, user_id: int) -> User:
     """Return a person to an administrator of all sites. Raises Forbidden or NotFound."""
     access.require(Scope.ADMIN, None)
     user = repository.user_by_id(session, user_id)
-    if user is None:
+    if user is None or user.removed_at is not None:
         raise NotFound(f"there is no user {user_id}")
     return user
 
@@ -140,14 +141,19 @@ def change_user(
 
 
 def remove_user(session: Session, user: User, *, access: Access | None = None) -> None:
-    """Remove a person with their sessions and tokens; what they made stays, without a name.
+    """Remove a person with all that lets them in; their work stays, by "removed reviewer N".
 
-    Raises Conflict for the last administrator.
+    Address and name are erased for good. Raises Conflict for the last administrator.
     """
     if _administers(user):
         _keep_an_administrator(session, user)
-    audit.record(session, access, "remove", "user", user.id, email=user.email)
-    session.delete(user)
+    repository.forget_person(session, user)
+    user.memberships = []
+    user.email = f"removed-{user.id}@removed.invalid"  # nobody's, and unique
+    user.name = f"removed reviewer {user.id}"
+    user.password_hash, user.totp_secret = "", None
+    user.is_active, user.removed_at = False, now()
+    audit.record(session, access, "remove", "user", user.id)
     session.flush()
 
 

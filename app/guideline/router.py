@@ -117,8 +117,17 @@ def judge_pose(
 @router.delete("/{set_id}/poses/{pose_id}", status_code=204)
 def remove_pose(set_id: int, pose_id: int, session: SessionDep, access: Operator) -> None:
     """Take a pose out of the set."""
-    find_set(session, access, set_id, Scope.INGEST)
+    found = find_set(session, access, set_id, Scope.INGEST)
     practice.remove_pose(session, set_id, pose_id)
+    record(
+        session,
+        access,
+        "remove",
+        "calibration_set",
+        set_id,
+        site_id=found.run.site_id,
+        pose=pose_id,
+    )
 
 
 @router.get("/{set_id}/poses")

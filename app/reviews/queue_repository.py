@@ -273,6 +273,37 @@ def hold(session: Session, ids: Collection[int], user_id: int, until: datetime) 
     session.execute(_SET, {"ids": list(ids), "holder": user_id, "until": until, "done": None})
 
 
+def hand_over(session: Session, giver_id: int, taker_id: int, until: datetime) -> int:
+    """Let a person hold what another holds and has not done; returns how many items."""
+    items = session.execute(
+        sa.update(ReviewQueueItem)
+        .where(ReviewQueueItem.user_id == giver_id, _OPEN)
+        .values(user_id=taker_id, leased_until=until)
+        .execution_options(synchronize_session=False)
+        .returning(ReviewQueueItem.id)
+    ).all()
+    session.execute(
+        sa.update(ReviewQueue)
+        .where(
+            ReviewQueue.created_by_id == giver_id,
+            sa.exists().where(ReviewQueueItem.queue_id == ReviewQueue.id, _OPEN),
+        )
+        .values(created_by_id=taker_id)
+        .execution_options(synchronize_session=False)
+    )
+    return len(items)
+
+
+def let_go(session: Session, user_id: int) -> None:
+    """Give back what a person holds and has not done."""
+    session.execute(
+        sa.update(ReviewQueueItem)
+        .where(ReviewQueueItem.user_id == user_id, _OPEN)
+        .values(user_id=None, leased_until=None)
+        .execution_options(synchronize_session=False)
+    )
+
+
 def release(session: Session, ids: Collection[int]) -> None:
     """Let go of items."""
     session.execute(

@@ -260,6 +260,17 @@ def extend(
     return [(item.id, until) for item in items]
 
 
+def hand_over(session: Session, giver_id: int, taker_id: int, lease_s: float) -> int:
+    """Let a person go on with another's open queues and leases; returns how many items moved."""
+    until = now() + timedelta(seconds=lease_s)
+    return repository.hand_over(session, giver_id, taker_id, until)
+
+
+def let_go(session: Session, user_id: int) -> None:
+    """Give back what a person holds, for others to take at once."""
+    repository.let_go(session, user_id)
+
+
 def release(session: Session, queue: OpenQueue, user_id: int, ids: Sequence[int] | None) -> None:
     """Give items back, so that others get them at once."""
     items = repository.held(session, queue.id, user_id, now(), ids)

@@ -20,7 +20,11 @@ class Role(StrEnum):
 
 
 class User(Base):
-    """A person who can sign in."""
+    """A person who can sign in; a removed one keeps the row, so that their work keeps its author.
+
+    `totp_secret` is set once the person has shown a code of it; `totp_last_step` is the time step
+    of the last code used, which is never taken again.
+    """
 
     __tablename__ = "users"
 
@@ -29,6 +33,10 @@ class User(Base):
     name: Mapped[str] = mapped_column(sa.String(200), default="")
     password_hash: Mapped[str] = mapped_column(sa.String(255))
     is_active: Mapped[bool] = mapped_column(default=True)
+    removed_at: Mapped[datetime | None]
+    totp_secret: Mapped[str | None] = mapped_column(sa.String(64))
+    totp_last_step: Mapped[int | None] = mapped_column(sa.BigInteger)
+    totp_required: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
     created_at: Mapped[datetime] = mapped_column(default=now)
     version: Mapped[int] = mapped_column(default=1)
 
@@ -61,7 +69,10 @@ class Membership(Base):
 
 
 class LoginSession(Base):
-    """A browser that is signed in; only the SHA-256 of its opaque cookie is kept."""
+    """A browser that is signed in; only the SHA-256 of its opaque cookie is kept.
+
+    One that `awaits_code` knows the password and not yet the second factor: it stands for nobody.
+    """
 
     __tablename__ = "login_sessions"
 
@@ -70,6 +81,52 @@ class LoginSession(Base):
     user_id: Mapped[int] = mapped_column(sa.ForeignKey("users.id", ondelete="CASCADE"), index=True)
     created_at: Mapped[datetime] = mapped_column(default=now)
     expires_at: Mapped[datetime]
+    awaits_code: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
+    user_agent: Mapped[str] = mapped_column(sa.String(200), default="", server_default="")
+    address: Mapped[str] = mapped_column(sa.String(64), default="", server_default="")
+
+
+class LinkKind(StrEnum):
+    """What a link that an administrator hands out is good for."""
+
+    INVITATION = "invitation"
+    PASSWORD_RESET = "password_reset"  # noqa: S105  a kind, no password
+
+
+class AccountLink(Base):
+    """A link that works once and for a while; only the SHA-256 of its token is kept.
+
+    An invitation carries address and role of somebody to come, a reset the person it is for.
+    """
+
+    __tablename__ = "account_links"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    kind: Mapped[LinkKind] = mapped_column(enum_type(LinkKind))
+    token_sha256: Mapped[str] = mapped_column(sa.String(64), unique=True)
+    user_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("users.id", ondelete="CASCADE"), index=True
+    )
+    email: Mapped[str] = mapped_column(sa.String(254))
+    role: Mapped[Role | None] = mapped_column(enum_type(Role))
+    site_id: Mapped[int | None] = mapped_column(sa.ForeignKey("sites.id", ondelete="CASCADE"))
+    created_at: Mapped[datetime] = mapped_column(default=now)
+    created_by_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("users.id", ondelete="SET NULL")
+    )
+    expires_at: Mapped[datetime]
+    used_at: Mapped[datetime | None]
+
+
+class RecoveryCode(Base):
+    """A code that stands in once for a lost second factor; only its SHA-256 is kept."""
+
+    __tablename__ = "recovery_codes"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    user_id: Mapped[int] = mapped_column(sa.ForeignKey("users.id", ondelete="CASCADE"), index=True)
+    code_sha256: Mapped[str] = mapped_column(sa.String(64))
+    used_at: Mapped[datetime | None]
 
 
 class ApiToken(Base):

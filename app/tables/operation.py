@@ -1,11 +1,12 @@
 """Which workers live, what each of them holds, and how often a job was taken over."""
 
 from datetime import datetime
+from enum import StrEnum
 
 import sqlalchemy as sa
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.db import Base, now
+from app.db import Base, enum_type, now
 
 
 class WorkerHeartbeat(Base):
@@ -19,6 +20,23 @@ class WorkerHeartbeat(Base):
     code_version: Mapped[str] = mapped_column(sa.String(64))
     started_at: Mapped[datetime] = mapped_column(default=now)
     last_seen_at: Mapped[datetime] = mapped_column(default=now, index=True)
+
+
+class FileProblem(StrEnum):
+    """What is wrong with a stored file."""
+
+    MISSING = "missing"
+    DAMAGED = "damaged"
+
+
+class FileFinding(Base):
+    """A file of the store that a check found missing or changed; gone once it is whole again."""
+
+    __tablename__ = "file_findings"
+
+    sha256: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
+    problem: Mapped[FileProblem] = mapped_column(enum_type(FileProblem))
+    found_at: Mapped[datetime] = mapped_column(default=now)
 
 
 class Takeover(Base):

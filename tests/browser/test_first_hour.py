@@ -182,6 +182,7 @@ def test_from_nothing_to_a_graded_pose_with_a_real_photograph(
     page.locator("main input[type=file]").first.set_input_files(
         {"name": "heard.csv", "mimeType": "text/csv", "buffer": recording(published)}
     )
+    page.locator("main form button[type=submit]").first.click()
     page.get_by_role("button", name="Import", exact=True).click()
     expect(page.get_by_text("heard.csv").first).to_be_visible()
 
