@@ -77,10 +77,11 @@ def main() -> None:
             settle(database, feed_id, sent)
             report(f"flood of {flooded / FLOOD_S:,.0f} lines/s", database, feed_id, sent)
             print(f"memory before the flood {before_mb:.0f} MB, at most {peak.stop():.0f} MB")
+            clients = feeder.accepted
             worker.kill()
             killed_at = time.monotonic()
             with WorkerProcess(settings, Path(folder) / "other.log", **environment):
-                feeder.wait_for_client(2)
+                feeder.wait_for_client(clients + 1)
                 taken_s = time.monotonic() - killed_at
                 print(f"taken over {taken_s:.1f} s after kill -9, a worker's start included")
         database.dispose()

@@ -70,6 +70,8 @@ class FeedRun:
         try:
             last_commit = time.monotonic()
             while not stop.is_set():
+                if not self._receiver.is_alive():
+                    raise RuntimeError("the receiving thread ended")  # the supervisor begins anew
                 self._take(TAKE_TIMEOUT_S)
                 self._watch_silence()
                 is_due = time.monotonic() - last_commit >= self._settings.feed_commit_s

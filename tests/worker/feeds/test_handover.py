@@ -6,6 +6,10 @@ from sqlalchemy.orm import Session
 
 from app.config import Settings
 from app.db import Database
+from app.feeds import service
+from app.feeds.schemas import FeedPatch
+from app.tables.feeds import FeedCondition
+from app.tables.operation import Lease
 from tests.factories.nmea_text import VOYAGE, encoded, tag_block
 from tests.feeder import Feeder, position_lines
 from tests.worker.conftest import StartWorker
@@ -116,3 +120,29 @@ def test_an_answer_that_was_lost_is_no_second_commit(
     recorder.commit(recorder.found)
     assert feeds.count(feed_id, "messages", "positions") == len(feeds.positions(feed_id)) == 4
     assert feeds.count(feed_id, "messages", "duplicates") == 0
+
+
+def test_an_edit_moves_the_feed_and_stopping_ends_it(
+    database: Database, feeds: Feeds, feeder: Feeder
+) -> None:
+    """A changed address is connected to at once; a feed that is switched off hangs up."""
+    feed_id = feeds.add(feeder.port)
+    feeds.receive()
+    feeder.wait_for_client()
+    with Feeder() as other:
+        edit(database, feed_id, FeedPatch(port=other.port))
+        other.wait_for_client()
+        other.send(*position_lines(1))
+        wait_until(feeds.has(feed_id, 1, "lines", "total"), what="the line of the new address")
+        edit(database, feed_id, FeedPatch(enabled=False))
+        wait_until(feeds.is_at(feed_id, FeedCondition.WAITING), what="the end of the link")
+    with database.reading() as session:
+        lease = session.get(Lease, f"feed:{feed_id}")
+        assert lease is not None
+        assert lease.epoch == 2
+
+
+def edit(database: Database, feed_id: int, data: FeedPatch) -> None:
+    """Change a feed as REST and the page do."""
+    with database.writing() as session:
+        service.update_feed(session, service.get_feed(session, feed_id), data)
