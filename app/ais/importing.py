@@ -35,7 +35,7 @@ log = structlog.get_logger()
 _LONGEST_FILE_NAME = 255
 _CHUNK_BYTES = 1 << 20
 _REPORTS_TOLD = 20
-_BATCHES_AT_ONCE = 4  # a transaction of some 20,000 rows keeps others waiting for a moment only
+_BATCHES_AT_ONCE = 2  # a transaction of some 10,000 rows keeps others waiting for a moment only
 
 Told = Callable[[float], None]
 

@@ -195,7 +195,11 @@ def _sentences_of(row: Row) -> list[bytes]:
     for name in _SENTENCES:
         value = row.get(name)
         texts = value if isinstance(value, list) else [value]
-        found = [text.encode() for text in texts if isinstance(text, str) and "!" in text]
+        found = [
+            text.encode("utf-8", "replace")
+            for text in texts
+            if isinstance(text, str) and "!" in text
+        ]
         if found:
             return found
     return []

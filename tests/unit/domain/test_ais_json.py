@@ -96,9 +96,10 @@ def test_bad_rows_have_their_buckets() -> None:
         json.dumps({"rxuxtime": NOON, "mmsi": 2_190_064, "lat": 55, "lon": 10}),
         "{not json",
         "[]",
+        '{"rxuxtime": 1714564806, "nmea": ["!\\udf24"]}',
     )
     counts = decoder.accounting.as_dict()
-    assert counts["lines"]["other"] == 2
+    assert counts["lines"]["other"] == 3
     assert counts["sentences"]["rejected"] == {"checksum": 1}
     assert counts["messages"]["rejected"] == {"mmsi_kind": 1, "position": 1, "time": 1}
     assert counts["messages"]["ignored_type"] == 1
