@@ -46,6 +46,8 @@ from app.imports import router as imports
 from app.jobs import JobClient
 from app.keeping import pages as keeping_pages
 from app.keeping import router as keeping
+from app.live import pages as live_pages
+from app.live import router as live
 from app.registration import editor_pages as registration_editor
 from app.registration import landmark_router as landmarks
 from app.registration import pages as registration_pages
@@ -86,6 +88,7 @@ REST = (
     guideline,
     exports,
     clocks,
+    live,
     deletions,
     keeping,
 )
@@ -114,6 +117,7 @@ PAGES = (
     calibration_set_pages,
     export_pages,
     clock_pages,
+    live_pages,
     deletion_pages,
     keeping_pages,
 )

@@ -24,6 +24,8 @@ from app.errors import Conflict
 from app.garbage import set_startup_aside
 from app.jobs import JobRunner, reason_of
 from worker.feeds import FeedLoops
+from worker.live.folders import FolderLoops
+from worker.live.standing import StandingLoops
 from worker.loops import LoopKind, LoopSupervisor
 from worker.presence import Presence
 from worker.tasks import register_tasks
@@ -103,7 +105,11 @@ def _take_jobs(
 
 def loop_kinds(database: Database, settings: Settings) -> list[LoopKind]:
     """Return what workers do without an end, each thing in one of them at a time."""
-    return [FeedLoops(database, settings)]
+    return [
+        FeedLoops(database, settings),
+        FolderLoops(database, settings),
+        StandingLoops(database, settings),
+    ]
 
 
 def _leave_in(seconds: float) -> None:

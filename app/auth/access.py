@@ -62,6 +62,8 @@ class Access:
     """The scopes of the token in use; None for a person at a browser."""
     session_id: int | None = None
     """The login session in use, for signing out; None for a token."""
+    camera_id: int | None = None
+    """The camera whose photographs the token in use drops, and does nothing else; None for all."""
 
     @property
     def is_admin(self) -> bool:
@@ -137,9 +139,16 @@ class Allowed(SecurityBase):
                 "sign in, or send an API token as `Authorization: Bearer ...`",
                 headers={"WWW-Authenticate": 'Bearer realm="Quaymark"'},
             )
+        if access.camera_id is not None and request.url.path != drop_path(access.camera_id):
+            raise Forbidden(f"this token only drops photographs of camera {access.camera_id}")
         if self.scope is not None and not access.may_anywhere(self.scope):
             raise Forbidden(f"this needs the scope `{self.scope.value}`")
         return access
+
+
+def drop_path(camera_id: int) -> str:
+    """Return the only address that is for a camera's own tokens."""
+    return f"/api/v1/cameras/{camera_id}/drop"
 
 
 def allowed(scope: Scope | None) -> Dependency:

@@ -47,6 +47,7 @@ class Credential:
     roles: Mapping[int | None, Role]
     scopes: Sequence[str] = ()
     last_used_at: datetime | None = None
+    camera_id: int | None = None
 
 
 # These two are asked at every request, so they are put together once and read no objects.
@@ -71,7 +72,7 @@ _OF_SESSION = (
     )
 )
 _OF_TOKEN = (
-    sa.select(ApiToken.id, *_PERSON, ApiToken.scopes, ApiToken.last_used_at)
+    sa.select(ApiToken.id, *_PERSON, ApiToken.scopes, ApiToken.last_used_at, ApiToken.camera_id)
     .join(User, User.id == ApiToken.user_id)
     .outerjoin(Membership, Membership.user_id == User.id)
     .where(

@@ -70,6 +70,7 @@ def _access_of(
         roles=found.roles,
         token_scopes=token_scopes,
         session_id=session_id,
+        camera_id=found.camera_id,
     )
 
 

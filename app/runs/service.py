@@ -17,8 +17,10 @@ from app.db import find, now
 from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.jobs import JobClient, JobQueue
 from app.paging import Paging
+from app.runs import growth_repository as growth
 from app.runs import repository
 from app.runs.parameters import as_json, fusion_settings
+from app.tables.detection import Model
 from app.tables.runs import Run, RunStatus
 from app.tables.sites import Viewport
 
@@ -72,9 +74,7 @@ def start_run(
             "the viewport has no camera pose yet: register it first "
             f"(POST /api/v1/viewports/{viewport_id}/registrations with method pnp or given)"
         )
-    model = repository.ready_model(session, detector)
-    if model is None:
-        raise Invalid.field("detector", _no_detector(detector))
+    model = ready_model(session, detector)
     run = Run(
         site_id=viewport.camera.site_id,
         viewport_id=viewport_id,
@@ -110,6 +110,25 @@ def start_again(session: Session, jobs: JobClient, run: Run, *, user_id: int | N
     )
 
 
+def grow(
+    session: Session, jobs: JobClient, run: Run, late: tuple[datetime, datetime] | None
+) -> bool:
+    """Add the images that came since a run ended, fuse again those of the time `late`, and go on.
+
+    Images on which a person has worked stay as they are. Returns whether there is anything to do.
+    """
+    starts = [growth.take_new_images(session, run)]
+    again = growth.untouched(session, run.id, *late) if late is not None else ()
+    if again:
+        starts.append(growth.forget_outcome(session, run.id, again))
+    due = [start for start in starts if start is not None]
+    if not due:
+        return False
+    growth.queue_again(session, run, f"run-{uuid.uuid4()}")
+    jobs.enqueue(session, RUN_JOB, run.id, min(due), queue=JobQueue.RUNS, job_id=run.workflow_id)
+    return True
+
+
 def stale_runs(session: Session, viewport_id: int) -> list[Run]:
     """Return a viewport's runs that rest on an older registration, or on times since changed."""
     newest = repository.newest_registration_ids(session, [viewport_id]).get(viewport_id)
@@ -118,6 +137,14 @@ def stale_runs(session: Session, viewport_id: int) -> list[Run]:
         for run in repository.of_viewport(session, viewport_id)
         if run.has_changed_images or (newest is not None and run.registration_id != newest)
     ]
+
+
+def ready_model(session: Session, name: str | None) -> Model:
+    """Return the detector with a name, else the newest. Raises Invalid when none is ready."""
+    model = repository.ready_model(session, name)
+    if model is None:
+        raise Invalid.field("detector", _no_detector(name))
+    return model
 
 
 def _not_ready(reason: str) -> Conflict:

@@ -20,6 +20,7 @@ from app.tables.feeds import AisFeed, FeedKind
 from app.tables.groundtruth import GroundTruthBox, VesselClass
 from app.tables.imagery import CaptureTimeSource, Image
 from app.tables.imports import ImageImport, ImportFile
+from app.tables.live import StandingRun, WatchedFolder
 from app.tables.notes import Comment
 from app.tables.practice import CalibrationSet, JudgedPose
 from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue
@@ -71,6 +72,7 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     run_ids = _run(session, site, viewport, image, marker, mmsi)
     turned = make_turned(session, viewport, image, run_ids["registration_id"], marker)
     turned |= _deleted(session, camera, marker) | _clock(session, camera)
+    turned |= _live(session, camera, viewport, run_ids["model_id"])
     ids |= _import(session, camera, marker)
     return ids | {"image_id": image.id, "box_id": box.id} | run_ids | turned
 
@@ -80,6 +82,21 @@ def _clock(session: Session, camera: Camera) -> dict[str, int]:
     session.add(offset)
     session.flush()
     return {"offset_id": offset.id}
+
+
+def _live(session: Session, camera: Camera, viewport: Viewport, model_id: int) -> dict[str, int]:
+    folder = WatchedFolder(camera_id=camera.id, path="/srv/photographs")
+    standing = StandingRun(
+        viewport_id=viewport.id,
+        model_id=model_id,
+        name=f"{viewport.name}, standing",
+        preset="paper",
+        parameters={},
+        ais_wait_s=3600.0,
+    )
+    session.add_all([folder, standing])
+    session.flush()
+    return {"folder_id": folder.id, "standing_id": standing.id}
 
 
 def _deleted(session: Session, camera: Camera, marker: str) -> dict[str, int]:

@@ -37,7 +37,7 @@ from worker.inference.ahead import DecodeAhead
 from worker.inference.detector import Detector
 from worker.inference.pool import DetectorPool
 from worker.tasks.pose_rows import pose_rows, state_rows
-from worker.tasks.vessel_states import states_around, with_doubts
+from worker.tasks.vessel_states import states_around
 
 log = structlog.get_logger()
 
@@ -75,15 +75,15 @@ class RunPipeline:
         self._images_per_step = settings.images_per_step
         self._detectors = DetectorPool(storage, settings)
 
-    def do(self, run_id: int) -> None:
-        """Do a run from its first image that is not done to its end."""
+    def do(self, run_id: int, first: int = 0) -> None:
+        """Do a run from its first image that is not done to its end; before `first` all are."""
         plan = self._runner.step("begin", self._begin, run_id)
-        for start in range(0, plan["images"], plan["images_per_step"]):
+        for start in range(first, plan["images"], plan["images_per_step"]):
             stop = start + plan["images_per_step"]
             self._runner.step("images", self._do_images, run_id, start, stop)
         self._runner.step("finish", self._finish, run_id)
 
-    def fail(self, reason: str, run_id: int) -> None:
+    def fail(self, reason: str, run_id: int, _first: int = 0) -> None:
         """Say that a run failed, and why."""
         batches.finish(self._runner.session(), run_id, RunStatus.FAILED, reason)
 
@@ -123,15 +123,12 @@ class RunPipeline:
             detector = self._detectors.get(context.model, settings)
             return _Batch(
                 images=images,
-                states=with_doubts(
+                states=states_around(
                     session,
                     context.site.id,
-                    {
-                        image.id: states_around(
-                            session, context.site.id, camera_at, image.captured_at, settings
-                        )
-                        for image in images
-                    },
+                    camera_at,
+                    {image.id: image.captured_at for image in images},
+                    settings,
                 ),
                 known=batches.known_detections(
                     session,

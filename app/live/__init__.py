@@ -1,0 +1,1 @@
+"""What goes on by itself: folders that are watched, photographs dropped, standing runs."""

@@ -1,0 +1,104 @@
+"""What callers do with live cameras: the permission, the change and the audit line together."""
+
+from sqlalchemy.orm import Session
+
+from app.auth import service as auth
+from app.auth.access import Access, Scope
+from app.auth.audit import record
+from app.errors import looked_up_by
+from app.live import folders, standing
+from app.live.schemas import FolderIn, StandingIn
+from app.registration import actions as registration
+from app.sites import actions as sites
+from app.tables.identity import ApiToken
+from app.tables.live import StandingRun, WatchedFolder
+from app.tables.sites import Camera
+
+
+def make_drop_token(
+    session: Session, access: Access, camera: Camera, days: int
+) -> tuple[ApiToken, str]:
+    """Make a token that does nothing but drop photographs of a camera."""
+    name = f"drop for {camera.name}"[:200]
+    token, text = auth.create_token(session, access, name=name, scopes=[Scope.INGEST], days=days)
+    token.camera_id = camera.id
+    session.flush()
+    return token, text
+
+
+def add_folder(session: Session, access: Access, camera_id: int, data: FolderIn) -> WatchedFolder:
+    """Watch a folder. It names files of the server, so it takes an administrator of all sites."""
+    camera = sites.camera_for(session, access, Scope.INGEST, camera_id)
+    access.require(Scope.ADMIN, None)
+    row = folders.add(session, camera, data.path, moves_files=data.moves_files)
+    record(session, access, "watch", "folder", row.id, camera.site_id, path=row.path)
+    return row
+
+
+def folder_for(session: Session, access: Access, folder_id: int) -> WatchedFolder:
+    """Return a watched folder on whose site the caller may ingest."""
+    row = folders.get(session, folder_id)
+    access.require(Scope.INGEST, row.camera.site_id)
+    return row
+
+
+def pause_folder(
+    session: Session, access: Access, folder_id: int, *, paused: bool
+) -> WatchedFolder:
+    """Pause a folder, or watch it again."""
+    row = folder_for(session, access, folder_id)
+    folders.set_paused(session, row, paused=paused)
+    act = "pause" if paused else "resume"
+    record(session, access, act, "folder", row.id, row.camera.site_id)
+    return row
+
+
+def remove_folder(session: Session, access: Access, folder_id: int) -> None:
+    """Forget a folder."""
+    row = folder_for(session, access, folder_id)
+    record(session, access, "forget", "folder", row.id, row.camera.site_id, path=row.path)
+    folders.remove(session, row)
+
+
+def add_standing(session: Session, access: Access, data: StandingIn) -> StandingRun:
+    """Have a viewport's images fused as they come."""
+    with looked_up_by("viewport_id"):
+        viewport = registration.viewport_for(session, access, Scope.INGEST, data.viewport_id)
+    row = standing.add(
+        session,
+        viewport,
+        name=data.name,
+        detector=data.detector,
+        preset=data.preset,
+        parameters=data.parameters,
+        ais_wait_s=data.ais_wait_s,
+        user_id=access.user_id,
+    )
+    site_id = viewport.camera.site_id
+    record(session, access, "start", "standing run", row.id, site_id, viewport=viewport.id)
+    return row
+
+
+def standing_for(session: Session, access: Access, standing_id: int) -> StandingRun:
+    """Return a standing run on whose site the caller may ingest."""
+    row = standing.get(session, standing_id)
+    access.require(Scope.INGEST, row.viewport.camera.site_id)
+    return row
+
+
+def pause_standing(
+    session: Session, access: Access, standing_id: int, *, paused: bool
+) -> StandingRun:
+    """Pause a standing run, or let it go on."""
+    row = standing_for(session, access, standing_id)
+    standing.set_paused(session, row, paused=paused)
+    act = "pause" if paused else "resume"
+    record(session, access, act, "standing run", row.id, row.viewport.camera.site_id)
+    return row
+
+
+def remove_standing(session: Session, access: Access, standing_id: int) -> None:
+    """End a standing run."""
+    row = standing_for(session, access, standing_id)
+    record(session, access, "end", "standing run", row.id, row.viewport.camera.site_id)
+    standing.remove(session, row)

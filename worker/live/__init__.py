@@ -1,0 +1,1 @@
+"""Loops that keep cameras live: watched folders and standing runs."""
