@@ -125,7 +125,7 @@ def test_a_batch_is_looked_at_committed_moved_and_undone(
     expect(page.get_by_role("heading", name="Undo")).to_be_visible()
     assert count(cameras[0]) == 6
 
-    page.get_by_label("Camera").select_option(str(cameras[1]))
+    page.get_by_label("Camera", exact=True).select_option(str(cameras[1]))
     page.get_by_role("button", name="Move 6 images").click()
     expect(page.get_by_text("For camera Right")).to_be_visible()
     assert (count(cameras[0]), count(cameras[1])) == (0, 6)
