@@ -1,9 +1,15 @@
-"""The vessels around a camera at the moment of one image, from stored reports."""
+"""The vessels around a camera at the moments of a batch's images, from stored reports.
 
+Images of one while are near each other in time, so their reports are read once for all of them.
+"""
+
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
+from operator import attrgetter
+from typing import NamedTuple
 
 from sqlalchemy.orm import Session
 
@@ -18,44 +24,85 @@ from app.domain.tracks import TrackMethod, TrackSettings, state_at
 from app.domain.vessel_state import VesselState
 
 # A vessel at anchor, or slow with class B, reports every three minutes: Hermite needs both sides.
-_LONGEST_INTERVAL_S = 190.0
+_LONGEST_INTERVAL = timedelta(seconds=190)
+_FIX_TIME = attrgetter("fix_time")
+
+
+class _Window(NamedTuple):
+    """How far from an image's moment its reports may lie."""
+
+    before: timedelta
+    after: timedelta
 
 
 def states_around(
-    session: Session, site_id: int, camera_at: Geodetic, at: datetime, settings: FusionSettings
-) -> list[VesselState]:
-    """Return the states of all vessels heard lately within range of the camera, by MMSI.
+    session: Session,
+    site_id: int,
+    camera_at: Geodetic,
+    moments: Mapping[int, datetime],
+    settings: FusionSettings,
+) -> dict[int, list[VesselState]]:
+    """Return by image id the states of all vessels heard within range of the camera, by MMSI.
 
     A vessel whose reports do not suffice for a state (no heading) is left out. `heading_dr`, the
-    paper's, looks back only, as published; others use what was heard after the image too.
+    paper's, looks back only, as published; `hermite` uses what was heard after the image too. Each
+    state says among its flags what is hard to believe of the reports it was made from.
     """
-    is_paper = settings.preset is Preset.PAPER
-    own = TrackMethod.HEADING_DR if is_paper else TrackMethod.HERMITE
+    own = TrackMethod.HEADING_DR if settings.preset is Preset.PAPER else TrackMethod.HERMITE
     method = settings.track_method or own
-    age_s = settings.maximum_report_age_s
-    tracking = TrackSettings(method=method, max_age_s=age_s, max_gap_s=2 * _LONGEST_INTERVAL_S)
-    around_s = max(age_s, _LONGEST_INTERVAL_S) if method is TrackMethod.HERMITE else 0.0
+    oldest = timedelta(seconds=settings.maximum_report_age_s)
+    window = _Window(oldest, timedelta(0))
+    if method is TrackMethod.HERMITE:
+        window = _Window(max(oldest, _LONGEST_INTERVAL), max(oldest, _LONGEST_INTERVAL))
+    tracking = TrackSettings(
+        method=method,
+        max_age_s=settings.maximum_report_age_s,
+        max_gap_s=2 * _LONGEST_INTERVAL.total_seconds(),
+    )
     # A ship of 50 kn covers 1.5 km in a minute: what comes into range was heard outside it.
-    reach_m = settings.maximum_range_m + 26 * age_s
-    positions, statics = reports_between(
-        session,
-        site_id,
-        at - timedelta(seconds=max(age_s, around_s)),
-        at + timedelta(seconds=around_s),
-        Area.around(camera_at.lat_deg, camera_at.lon_deg, reach_m),
-    )
-    by_vessel: dict[int, list[PositionReport]] = defaultdict(list)
-    for report in positions:
-        by_vessel[report.mmsi].append(report)
-    states = (
-        state_at(reports, statics.get(mmsi, []), at, tracking)
-        for mmsi, reports in sorted(by_vessel.items())
-    )
-    doubts = {Doubt.RECEIVER_CLOCK} if receiver_clock_is_off(positions) else set()
-    return [_doubted(state, doubts) for state in states if isinstance(state, VesselState)]
+    reach_m = settings.maximum_range_m + 26 * settings.maximum_report_age_s
+    area = Area.around(camera_at.lat_deg, camera_at.lon_deg, reach_m)
+    states: dict[int, list[VesselState]] = {}
+    for group in _groups(moments, window):
+        start, end = moments[group[0]] - window.before, moments[group[-1]] + window.after
+        positions, statics = reports_between(session, site_id, start, end, area)
+        by_vessel: dict[int, list[PositionReport]] = defaultdict(list)
+        for report in positions:
+            by_vessel[report.mmsi].append(report)
+        doubts = {Doubt.RECEIVER_CLOCK} if receiver_clock_is_off(positions) else set()
+        for image_id in group:
+            at = moments[image_id]
+            made = (
+                state_at(_around(reports, at, window), statics.get(mmsi, []), at, tracking)
+                for mmsi, reports in sorted(by_vessel.items())
+            )
+            states[image_id] = [
+                _doubted(state, doubts) for state in made if isinstance(state, VesselState)
+            ]
+    return _with_doubts(session, site_id, states)
 
 
-def with_doubts(
+def _groups(moments: Mapping[int, datetime], window: _Window) -> Iterator[list[int]]:
+    """Yield ids of images whose windows of reports overlap, oldest first."""
+    group: list[int] = []
+    for image_id in sorted(moments, key=lambda image_id: moments[image_id]):
+        if group and moments[image_id] - moments[group[-1]] > window.before + window.after:
+            yield group
+            group = []
+        group.append(image_id)
+    if group:
+        yield group
+
+
+def _around(
+    reports: Sequence[PositionReport], at: datetime, window: _Window
+) -> Sequence[PositionReport]:
+    """Return a vessel's reports, oldest first, that lie within an image's window."""
+    first = bisect_left(reports, at - window.before, key=_FIX_TIME)
+    return reports[first : bisect_right(reports, at + window.after, lo=first, key=_FIX_TIME)]
+
+
+def _with_doubts(
     session: Session, site_id: int, states: Mapping[int, list[VesselState]]
 ) -> dict[int, list[VesselState]]:
     """Return the states of some images with what is hard to believe of the reports they used."""

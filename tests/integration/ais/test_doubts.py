@@ -13,7 +13,7 @@ from app.domain.vessel_state import HeadingSource, StateFlag, TrackMethod
 from app.tables.sites import Site
 from tests.factories.ais import MMSI, NOON, make_position, make_static, make_vessel
 from tests.factories.sites import make_site
-from worker.tasks.vessel_states import states_around, with_doubts
+from worker.tasks.vessel_states import states_around
 
 CAMERA_AT = Geodetic(53.53, 9.98, 30.0)
 
@@ -73,19 +73,21 @@ def test_states_carry_the_doubts_of_their_reports(database: Database) -> None:
         session.flush()
         settings = FusionSettings(preset=Preset.WATERLINE)
         at = NOON + timedelta(seconds=24)
-        around = states_around(session, site.id, CAMERA_AT, at, settings)
-        (state,) = with_doubts(session, site.id, {7: around})[7]
+        hours_later = at + timedelta(hours=2)
+        found = states_around(session, site.id, CAMERA_AT, {8: hours_later, 7: at}, settings)
+        assert found[8] == []
+        (state,) = found[7]
         assert state.heading_source is HeadingSource.COURSE
         assert state.track_method is TrackMethod.HERMITE
         assert len(state.report_ids) == 2
         assert state.flags == (StateFlag.HEADING_NOT_REPORTED, StateFlag.LATER_SIZE, Doubt.JUMP)
         asked = FusionSettings(preset=Preset.WATERLINE, track_method=TrackMethod.CTRV_DAMPED)
-        (turning,) = states_around(session, site.id, CAMERA_AT, at, asked)
+        (turning,) = states_around(session, site.id, CAMERA_AT, {7: at}, asked)[7]
         assert turning.track_method is TrackMethod.CTRV_DAMPED
 
         for mmsi in range(MMSI + 1, MMSI + 6):
             make_position(session, site, at, mmsi=mmsi).fix_time_source = "doubtful"
         session.flush()
-        states = states_around(session, site.id, CAMERA_AT, at, settings)
+        states = states_around(session, site.id, CAMERA_AT, {7: at}, settings)[7]
         assert len(states) == 6
         assert all(Doubt.RECEIVER_CLOCK in state.flags for state in states)
