@@ -17,6 +17,7 @@ import numpy as np
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.camera import Camera
 from app.domain.fusion import FusedPose, FusionSettings, Preset, SeenImage, fuse_series
+from app.domain.fusion_settings import MATCHING_OF
 from app.domain.keypoints import keypoints_in
 from app.domain.metrics import Box, BoxPose, PoseError, best_covered, pose_error
 from app.domain.nmea import NmeaDecoder, decode_lines
@@ -71,7 +72,8 @@ def judge(seed: int) -> dict[Preset, SeedResult]:
                 )
                 for frame, there in zip(frames, known, strict=True)
             ]
-            fused = fuse_series(camera, harbour.frame, images, FusionSettings(preset=preset))
+            how = FusionSettings(preset=preset, matching=MATCHING_OF[preset])
+            fused = fuse_series(camera, harbour.frame, images, how)
             for frame, there, of_frame in zip(frames, known, fused, strict=True):
                 judge_frame(frame, there, of_frame.poses, result)
     return results
