@@ -241,7 +241,7 @@ def _tell(
     others = f"; {left_out} files with other endings left out" if left_out else ""
     typer.echo(f"camera {camera!r}: {told}{others}")
     if made.ready:
-        first, last = made.ready[0].told.moment, made.ready[-1].told.moment
+        first, last = made.ready[0].true_time, made.ready[-1].true_time
         typer.echo(f"taken from {first:%Y-%m-%d %H:%M:%S} to {last:%Y-%m-%d %H:%M:%S} UTC")
     for kind, odd in made.odd.items():
         if kind not in LEFT_OUT:
@@ -261,8 +261,8 @@ def _as_json(
         "import_id": batch.id,
         "status": batch.status.value,
         **counts,
-        "first_at": made.ready[0].told.moment.isoformat() if made.ready else None,
-        "last_at": made.ready[-1].told.moment.isoformat() if made.ready else None,
+        "first_at": made.ready[0].true_time.isoformat() if made.ready else None,
+        "last_at": made.ready[-1].true_time.isoformat() if made.ready else None,
         "refused_files": [{"path": path, "reason": reason} for path, reason in refused],
         "odd": {kind.value: odd.count for kind, odd in made.odd.items()},
     }

@@ -7,7 +7,7 @@ what is taken but looks strange is told as well.
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from enum import StrEnum
@@ -22,6 +22,7 @@ from app.tables.imports import FileState
 CLOCKS_AGREE = timedelta(seconds=3)
 SHORTEST_GAP = timedelta(hours=1)
 GAP_FACTOR = 20
+Moment = tuple[datetime, CaptureTimeSource]
 FUTURE = timedelta(minutes=10)
 _NUMBERS = re.compile(r"(\d{1,18})")
 
@@ -103,6 +104,8 @@ class Ready:
 
     file: File
     told: Told
+    true_time: datetime
+    """What was told, set right by the camera's clock."""
     viewport_id: int | None
 
 
@@ -141,12 +144,13 @@ class Preview:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """What a batch is judged by: the camera's size, viewports and present images."""
+    """What a batch is judged by: the camera's size, viewports, present images and clock."""
 
     width_px: int
     height_px: int
     viewports: Sequence[Span]
     known: frozenset[str]
+    set_right: Callable[[Sequence[Moment]], Sequence[datetime]]
 
 
 def preview(
@@ -155,13 +159,19 @@ def preview(
     """Work out what a commit would do."""
     made = Preview()
     seen: dict[str, str] = {}
+    timed: list[tuple[File, Told]] = []
     for file in sorted(files, key=lambda file: _in_order(file.path)):
-        if file.state is FileState.STAGED:
-            _judge(made, file, settings, camera, seen)
-        else:
+        if file.state is not FileState.STAGED:
             _tell_other(made, file)
+            continue
+        found = _judged(made, file, settings, camera, seen)
+        if found is not None:
+            timed.append((file, found))
+    moments = camera.set_right([(found.moment, found.source) for _, found in timed])
+    for (file, found), true_time in zip(timed, moments, strict=True):
+        _take(made, file, found, true_time, camera)
     _tell_clock_jumps(made)
-    made.ready.sort(key=lambda item: (item.told.moment, item.file.path))
+    made.ready.sort(key=lambda item: (item.true_time, item.file.path))
     _tell_times(made, now)
     _tell_gaps(made)
     return made
@@ -179,31 +189,36 @@ def _tell_other(made: Preview, file: File) -> None:
         made.note(OddKind.KNOWN, file.path, "the camera has this photograph already")
 
 
-def _judge(
+def _judged(
     made: Preview, file: File, settings: TimeSettings, camera: Camera, seen: dict[str, str]
-) -> None:
+) -> Told | None:
+    """Return when a photograph was taken; None, with the reason noted, for one that is left out."""
     sha256 = file.sha256 or ""
     if sha256 in camera.known:
         made.note(OddKind.KNOWN, file.path, "the camera has this photograph already")
-        return
+        return None
     if sha256 in seen:
         made.note(OddKind.REPEATED, file.path, f"the same bytes as {seen[sha256]}")
-        return
+        return None
     seen[sha256] = file.path
     if (file.width_px, file.height_px) != (camera.width_px, camera.height_px):
         size = f"{file.width_px} x {file.height_px} px, the camera takes"
         made.note(OddKind.WRONG_SIZE, file.path, f"{size} {camera.width_px} x {camera.height_px}")
-        return
+        return None
     telling = telling_of(file)
     found = told(telling, settings)
     if found is None:
         made.note(OddKind.NO_TIME, file.path, "nothing tells when it was taken")
-        return
-    _tell_clocks_apart(made, telling, found, settings)
-    viewport = viewport_at(camera.viewports, found.moment)
+    else:
+        _tell_clocks_apart(made, telling, found, settings)
+    return found
+
+
+def _take(made: Preview, file: File, found: Told, true_time: datetime, camera: Camera) -> None:
+    viewport = viewport_at(camera.viewports, true_time)
     if viewport is None and camera.viewports:
-        made.note(OddKind.NO_VIEWPORT, file.path, f"no viewport is valid at {_shown(found.moment)}")
-    made.ready.append(Ready(file, found, viewport.id if viewport else None))
+        made.note(OddKind.NO_VIEWPORT, file.path, f"no viewport is valid at {_shown(true_time)}")
+    made.ready.append(Ready(file, found, true_time, viewport.id if viewport else None))
 
 
 def telling_of(file: File) -> Telling:
@@ -253,23 +268,23 @@ def _tell_clock_jumps(made: Preview) -> None:
 def _tell_times(made: Preview, now: datetime) -> None:
     for item in made.ready:
         if item.told.doubt is Doubt.REPEATED:
-            detail = f"that hour came twice; taken as {_shown(item.told.moment)}"
+            detail = f"that hour came twice; taken as {_shown(item.true_time)}"
             made.note(OddKind.REPEATED_HOUR, item.file.path, detail)
         elif item.told.doubt is Doubt.MISSING:
-            detail = f"that hour never was; taken as {_shown(item.told.moment)}"
+            detail = f"that hour never was; taken as {_shown(item.true_time)}"
             made.note(OddKind.MISSING_HOUR, item.file.path, detail)
-        if item.told.moment > now + FUTURE:
-            made.note(OddKind.FUTURE, item.file.path, f"{_shown(item.told.moment)} is to come")
+        if item.true_time > now + FUTURE:
+            made.note(OddKind.FUTURE, item.file.path, f"{_shown(item.true_time)} is to come")
     for before, item in pairwise(made.ready):
-        if before.told.moment == item.told.moment:
-            detail = f"{_shown(item.told.moment)}, as {before.file.path}"
+        if before.true_time == item.true_time:
+            detail = f"{_shown(item.true_time)}, as {before.file.path}"
             made.note(OddKind.SAME_TIME, item.file.path, detail)
 
 
 def _tell_gaps(made: Preview) -> None:
     """Tell where far more time passes between two images than usual: nights, outages."""
     steps = [
-        (later.told.moment - earlier.told.moment, earlier, later)
+        (later.true_time - earlier.true_time, earlier, later)
         for earlier, later in pairwise(made.ready)
     ]
     if not steps:
@@ -278,7 +293,7 @@ def _tell_gaps(made: Preview) -> None:
     longest = max(SHORTEST_GAP, GAP_FACTOR * usual)
     for step, earlier, later in steps:
         if step > longest:
-            detail = f"{_hours(step)} without a photograph since {_shown(earlier.told.moment)}"
+            detail = f"{_hours(step)} without a photograph since {_shown(earlier.true_time)}"
             made.note(OddKind.GAP, later.file.path, detail)
 
 

@@ -172,8 +172,8 @@ class PreviewOut(BaseModel):
             left_out_count=made.left_out_count,
             waiting_count=made.waiting_count,
             waiting_bytes=made.waiting_bytes,
-            first_at=made.ready[0].told.moment if made.ready else None,
-            last_at=made.ready[-1].told.moment if made.ready else None,
+            first_at=made.ready[0].true_time if made.ready else None,
+            last_at=made.ready[-1].true_time if made.ready else None,
             sources=made.sources,
             viewports=[
                 ViewportShareOut(
@@ -185,7 +185,7 @@ class PreviewOut(BaseModel):
             samples=[
                 SampleOut(
                     path=item.file.path,
-                    captured_at=item.told.moment,
+                    captured_at=item.true_time,
                     captured_at_source=item.told.source,
                 )
                 for item in made.ready[::step][:SAMPLES]

@@ -9,6 +9,7 @@ import csv
 import io
 from collections.abc import Sequence
 from datetime import datetime, timedelta
+from functools import partial
 from typing import Any
 
 from sqlalchemy.orm import Session
@@ -163,6 +164,7 @@ def preview_of(session: Session, row: ImageImport, times: TimeSettings | None = 
         camera.height_px,
         repository.viewports(session, camera.id),
         frozenset(repository.known_hashes(session, row.id, camera.id)),
+        partial(corrected_times, session, camera.id),
     )
     return preview(repository.all_files(session, row.id), chosen, judge, now())
 

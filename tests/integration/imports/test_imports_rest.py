@@ -10,6 +10,7 @@ from app.db import Database
 from app.errors import StorageFull
 from app.imports import intake
 from app.storing_together import put_many
+from app.tables.clock import ClockOffset, OffsetSource
 from app.tables.imagery import Image
 from app.tables.imports import ImportFile
 from app.tables.sites import Camera
@@ -135,6 +136,21 @@ def test_a_strangers_folder_is_told_apart(sender: Sender) -> None:
     assert "neither JPEG" in reasons["a/page.jpg"]
     assert preview["ready_count"] == 4
     assert sender.act("commit").json()["image_count"] == 4
+
+
+def test_a_cameras_wrong_clock_is_set_right(
+    sender: Sender, client: TestClient, camera: Camera, database: Database
+) -> None:
+    """The clock's offset counts in the preview and for the images; what was told is kept."""
+    with database.writing() as session:
+        session.add(ClockOffset(camera_id=camera.id, offset_s=-90.0, source=OffsetSource.GIVEN))
+    sender.send({"1.jpg": hour(12)})
+    assert sender.preview()["first_at"] == "2026-07-01T09:58:30Z"
+    sender.act("commit")
+    assert images(client, camera) == ["2026-07-01T09:58:30Z"]
+    with database.reading() as session:
+        raw = session.scalars(select(Image.captured_at_raw)).one()
+    assert raw == datetime(2026, 7, 1, 10, tzinfo=UTC)
 
 
 def test_undo_takes_all_along_and_restore_brings_it_back(
