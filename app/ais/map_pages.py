@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Request, Response
 
-from app.ais import map_repository
+from app.ais import coverage_pages, map_repository
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import SessionDep
 from app.identities import service as identities
@@ -12,6 +12,7 @@ from app.sites.actions import site_for
 from app.templating import page
 
 router = APIRouter()
+router.include_router(coverage_pages.router)
 Reader = Annotated[Access, allowed(Scope.READ)]
 
 

@@ -12,7 +12,16 @@ from app.tables.ais import AisPosition, Vessel
 
 AT_ONCE = 10_000
 JULIAN_DAY_OF_1970 = 2_440_587.5
+SECONDS_A_DAY = 86_400.0
 Moving = tuple[int, float, float, float, float | None, float | None, float | None, str, str | None]
+
+
+def seconds_since_1970(session: Session) -> sa.ColumnElement[float]:
+    """Return the moment of a fix as the database itself can count it."""
+    if session.get_bind().dialect.name == "sqlite":
+        days = sa.func.julianday(AisPosition.fix_time, type_=sa.Float()) - JULIAN_DAY_OF_1970
+        return days * SECONDS_A_DAY
+    return sa.cast(sa.extract("epoch", AisPosition.fix_time), sa.Float())
 
 
 def moving(
@@ -28,16 +37,10 @@ def moving(
     Times are seconds since 1970, as the database gives them: a moment's object for each of a
     hundred thousand rows takes longer than all the rest.
     """
-    is_sqlite = session.get_bind().dialect.name == "sqlite"
-    seconds = (
-        (sa.func.julianday(AisPosition.fix_time, type_=sa.Float()) - JULIAN_DAY_OF_1970) * 86_400
-        if is_sqlite
-        else sa.cast(sa.extract("epoch", AisPosition.fix_time), sa.Float())
-    )
     statement = (
         sa.select(
             AisPosition.mmsi,
-            seconds,
+            seconds_since_1970(session),
             AisPosition.lat_deg,
             AisPosition.lon_deg,
             AisPosition.sog_kn,

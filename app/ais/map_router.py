@@ -5,6 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
+from app.ais import coverage_router
 from app.ais.area import Area
 from app.ais.fields_of_view import seen_from
 from app.ais.map_schemas import FieldOfViewOut, StretchOut
@@ -16,6 +17,7 @@ from app.identities import service as identities
 from app.sites.actions import site_for
 
 router = APIRouter(tags=["AIS"])
+router.include_router(coverage_router.router)
 Reader = Annotated[Access, allowed(Scope.READ)]
 
 
