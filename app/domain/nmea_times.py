@@ -132,8 +132,8 @@ class TimeReader:
         for match in _EPOCH_AFTER.finditer(text):
             if moment := self.epoch(match[1]):
                 return moment
-        if match := _ISO.search(text):
-            return self.plausible(_of_iso(match))
+        if date := _ISO.search(text):
+            return self.plausible(_of_iso(date))
         return self._compact(text)
 
     def _compact(self, text: bytes) -> datetime | None:
