@@ -54,6 +54,8 @@ from app.registration import pages as registration_pages
 from app.registration import router as registration
 from app.reregistration import pages as reregistration_pages
 from app.reregistration import router as reregistration
+from app.retention import pages as retention_pages
+from app.retention import router as retention
 from app.reviews import pages as review_pages
 from app.reviews import router as reviews
 from app.runs import pages as run_pages
@@ -89,6 +91,7 @@ REST = (
     exports,
     clocks,
     live,
+    retention,
     deletions,
     keeping,
 )
@@ -118,6 +121,7 @@ PAGES = (
     export_pages,
     clock_pages,
     live_pages,
+    retention_pages,
     deletion_pages,
     keeping_pages,
 )

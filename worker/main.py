@@ -25,6 +25,7 @@ from app.garbage import set_startup_aside
 from app.jobs import JobRunner, reason_of
 from worker.feeds import FeedLoops
 from worker.live.folders import FolderLoops
+from worker.live.housekeeping import Housekeeping
 from worker.live.standing import StandingLoops
 from worker.loops import LoopKind, LoopSupervisor
 from worker.presence import Presence
@@ -109,6 +110,7 @@ def loop_kinds(database: Database, settings: Settings) -> list[LoopKind]:
         FeedLoops(database, settings),
         FolderLoops(database, settings),
         StandingLoops(database, settings),
+        Housekeeping(database, settings),
     ]
 
 

@@ -20,7 +20,7 @@ from app.tables.feeds import AisFeed, FeedKind
 from app.tables.groundtruth import GroundTruthBox, VesselClass
 from app.tables.imagery import CaptureTimeSource, Image
 from app.tables.imports import ImageImport, ImportFile
-from app.tables.live import StandingRun, WatchedFolder
+from app.tables.live import RetentionKind, RetentionRule, StandingRun, WatchedFolder
 from app.tables.notes import Comment
 from app.tables.practice import CalibrationSet, JudgedPose
 from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue
@@ -94,9 +94,10 @@ def _live(session: Session, camera: Camera, viewport: Viewport, model_id: int) -
         parameters={},
         ais_wait_s=3600.0,
     )
-    session.add_all([folder, standing])
+    rule = RetentionRule(site_id=camera.site_id, kind=RetentionKind.IMAGES, keep_days=365)
+    session.add_all([folder, standing, rule])
     session.flush()
-    return {"folder_id": folder.id, "standing_id": standing.id}
+    return {"folder_id": folder.id, "standing_id": standing.id, "rule_id": rule.id}
 
 
 def _deleted(session: Session, camera: Camera, marker: str) -> dict[str, int]:
