@@ -93,7 +93,7 @@ class FeedRun:
     def _commit(self) -> bool:
         """Commit what there is; False while the database is away or full, which loses nothing."""
         state = self._link.state
-        if not self._recorder.unstored_lines and self._recorder.is_written(state):
+        if not self._recorder.has_news and self._recorder.is_written(state):
             return True
         try:
             self._recorder.commit(state)
@@ -105,16 +105,17 @@ class FeedRun:
     def _say_farewell(self) -> None:
         """Store what was received before the link was closed, if the database takes it in time."""
         self._link.left()
-        while self._take(0):
-            self._commit()
-        self._recorder.finish()
         deadline = time.monotonic() + FAREWELL_S
-        while not self._commit():
-            if time.monotonic() > deadline:
-                lines = self._recorder.unstored_lines
-                self._log.error("feed was left with lines that could not be stored", lines=lines)
+        while time.monotonic() < deadline:
+            is_empty = not self._take(0)
+            if is_empty:
+                self._recorder.finish()
+            if not self._commit():
+                time.sleep(RETRY_COMMIT_S)
+            elif is_empty:
                 return
-            time.sleep(RETRY_COMMIT_S)
+        lines = self._recorder.unstored_lines
+        self._log.error("feed was left with lines that could not be stored", lines=lines)
 
     def _watch_silence(self) -> None:
         heard = max(filter(None, (self._recorder.last_message_at, self._feed.started_at)))

@@ -55,7 +55,7 @@ class FeedRecorder:
         self._known_already = Accounting()
         self._reports: list[Report] = []
         self._batch: Batch | None = None
-        self._stored_lines = 0
+        self._stored = Accounting()
         self._lag_s: float | None = None
         self._rates: deque[tuple[float, int]] = deque([(time.monotonic(), 0)])
         with database.writing() as session:
@@ -74,7 +74,12 @@ class FeedRecorder:
     @property
     def unstored_lines(self) -> int:
         """How many lines came since the last commit."""
-        return self._decoder.accounting.lines.total - self._stored_lines
+        return self._decoder.accounting.lines.total - self._stored.lines.total
+
+    @property
+    def has_news(self) -> bool:
+        """Whether the accounting says anything that was not committed."""
+        return self._decoder.accounting != self._stored
 
     def add(self, lines: Sequence[Line], dropped: int) -> None:
         """Decode lines that came, and count those that were dropped on the way."""
@@ -106,7 +111,7 @@ class FeedRecorder:
             confirm(session, self._lease)
             known = self._store(session, batch, link)
         self._known_already.add(known)
-        self._stored_lines = batch.accounting.lines.total
+        self._stored = batch.accounting
         self._written = link
         self._batch = None
 
@@ -125,7 +130,7 @@ class FeedRecorder:
         return batch
 
     def _store(self, session: Session, batch: Batch, link: LinkState) -> Accounting:
-        """Store a batch; return how its messages moved from new to known."""
+        """Store a batch; return how its messages moved from new to known before."""
         status = service.status_of(session, self._feed_id)
         account = copy.deepcopy(batch.accounting)
         account.add(self._known_already)

@@ -12,6 +12,7 @@ import struct
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from ipaddress import ip_address, ip_network
 
 import structlog
@@ -27,6 +28,7 @@ log = structlog.get_logger()
 FIRST_PAUSE_S = 0.5
 LOOK_EVERY_S = 0.25  # whether to stop
 CHUNK_BYTES = 1 << 16
+MOST_LEFT_CHUNKS = 64
 RECEIVE_BUFFER_BYTES = 4 << 20
 SO_RXQ_OVFL = 40  # Linux: the kernel tells with each datagram how many it had no room for
 
@@ -86,6 +88,8 @@ class TcpSource:
                     break
                 last_heard, received = time.monotonic(), True
                 queue.put(now(), list(cutter.push(chunk)))
+            if stop.is_set():
+                _take_what_is_there(connection, cutter, queue)
             queue.put(now(), list(cutter.end()))
         return received
 
@@ -150,6 +154,14 @@ def pause_s(failures: int, longest_s: float) -> float:
     longest = min(longest_s, FIRST_PAUSE_S * 2.0 ** min(failures, 20))
     share: float = random.uniform(0.5, 1.0)  # noqa: S311  spreads tries, protects nothing
     return longest * share
+
+
+def _take_what_is_there(connection: socket.socket, cutter: LineCutter, queue: LineQueue) -> None:
+    """Receive what came before the feed was told to stop, and nothing after it."""
+    connection.setblocking(False)
+    with suppress(OSError):  # nothing is left
+        for _ in range(MOST_LEFT_CHUNKS):
+            queue.put(now(), list(cutter.push(connection.recv(CHUNK_BYTES))))
 
 
 def _probe_when_idle(connection: socket.socket) -> None:

@@ -26,9 +26,10 @@ def test_a_stopped_workers_feed_goes_on_elsewhere(feeds: Feeds, feeder: Feeder) 
     first = feeds.receive("first", feed_commit_s=60)
     feeder.wait_for_client()
     feeder.send(*position_lines(5), encoded(VOYAGE)[0].encode() + b"\n")
-    wait_until(feeds.has(feed_id, 0, "lines", "total"))
     feeds.receive("second")
     first.stop(5)
+    assert feeds.count(feed_id, "lines", "total") == 6, "stored before it went"
+    assert feeds.count(feed_id, "sentences", "orphaned") == 1
     feeder.wait_for_client(2)
     feeder.send(*position_lines(3, first=5))
     wait_until(feeds.has(feed_id, 9, "lines", "total"), what="the lines of both workers")
