@@ -49,13 +49,14 @@ imported = import_ais_file(
 told = imported.file.accounting["messages"]
 """
 TIMED = """
-import json, resource, time
+import json, time
+from pathlib import Path
 begun_s, begun_cpu_s = time.perf_counter(), time.process_time()
 {work}
 print(json.dumps([
     time.perf_counter() - begun_s,
     time.process_time() - begun_cpu_s,
-    resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+    int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) / 1024,
 ]))
 """
 

@@ -117,7 +117,7 @@ VOYAGE_LINES = [line + "\n" for line in encoded(VOYAGE)]
 ENDS = ["\n", "\r\n", ",1714564807\n", ",1714564807,x\r\n", " \n", ""]
 
 
-@settings(max_examples=150)
+@settings(max_examples=150, deadline=None)
 @given(
     st.lists(
         st.tuples(st.sampled_from(TIMES), st.sampled_from(SENTENCES), st.sampled_from(ENDS)).map(
@@ -147,6 +147,7 @@ payloads = st.tuples(st.sampled_from("123B"), st.lists(letters, min_size=27, max
 )
 
 
+@settings(deadline=None)
 @given(st.lists(payloads, min_size=1, max_size=20), st.integers(10**15, 2 * 10**15))
 @example(["1" + "0" * 27, "B" + "w" * 27], 10**15)
 def test_payloads_mean_what_the_reference_says(drawn: list[str], received_us: int) -> None:
@@ -163,6 +164,7 @@ def test_payloads_mean_what_the_reference_says(drawn: list[str], received_us: in
     assert list(rows(table)) == expected
 
 
+@settings(deadline=None)
 @given(payloads)
 def test_raw_fields_are_those_of_pyais(payload: str) -> None:
     """The bits are read where pyais reads them, each field to its last unit."""
@@ -183,9 +185,10 @@ def test_raw_fields_are_those_of_pyais(payload: str) -> None:
         assert ours is None or ours == told
 
 
+@settings(deadline=None)
 @given(
-    st.lists(st.binary(max_size=60) | st.just(b"y" * (LONGEST_LINE + 9)), max_size=12),
-    st.integers(1, 5000),
+    st.lists(st.binary(max_size=60) | st.just(b"y" * (LONGEST_LINE + 9)), max_size=6),
+    st.integers(1, 100) | st.integers(4000, 5000),
 )
 def test_blocks_hold_the_lines_of_a_text(lines: list[bytes], chunk_bytes: int) -> None:
     """Blocks are whole lines, the same as those that come one by one, endless ones cut."""
