@@ -81,6 +81,9 @@ class Settings(BaseSettings):
     detector_threads: int = Field(0, ge=0, description="0: as many as cores")
     detector_providers: list[str] = ["CPUExecutionProvider"]
     images_per_step: int = Field(10, ge=1, le=100)
+    rehash_bytes_per_s: float = Field(
+        20e6, gt=0, description="How fast stored files are hashed again, once a day"
+    )
     heartbeat_s: float = Field(1.0, gt=0)
     takeover_after_s: float = Field(4.0, gt=0)
 

@@ -29,6 +29,7 @@ from app.dependencies import DatabaseDep, SettingsDep, StorageDep
 from app.errors import AppError, NotFound
 from app.feeds import metrics as feeds
 from app.job_tables import count_unended
+from app.keeping.repository import findings
 from app.operation import repository
 from app.storage import Storage
 
@@ -41,6 +42,7 @@ _heartbeat_age = Gauge(
     "quaymark_worker_heartbeat_age_seconds", "Age of each worker's heartbeat", ["worker"]
 )
 _jobs = Gauge("quaymark_jobs", "Jobs that have not ended", ["queue", "status"])
+_files_not_whole = Gauge("quaymark_files_not_whole", "Stored files found missing or damaged")
 _database_bytes = Gauge("quaymark_database_bytes", "Size of the database")
 _disk_free_bytes = Gauge("quaymark_disk_free_bytes", "Room left for files", ["folder"])
 
@@ -128,6 +130,7 @@ def _measure_database(database: Database) -> None:
                 _heartbeat_age.labels(worker).set((moment - seen_at).total_seconds())
             for (queue, status), count in count_unended(session.connection()).items():
                 _jobs.labels(queue, status.lower()).set(count)
+            _files_not_whole.set(len(findings(session)))
             _database_bytes.set(repository.database_bytes(session))
             feeds.observe(session)
     except SQLAlchemyError as error:

@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 
 from app import apidocs, health, problems
+from app.admin import audit_pages
 from app.admin import pages as admin_pages
 from app.admin import router as admin
 from app.ais import map_router as ais_map
@@ -100,6 +101,7 @@ PAGES = (
     auth_pages,
     factor_pages,
     admin_pages,
+    audit_pages,
     site_pages,
     water_pages,
     registration_pages,

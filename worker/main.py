@@ -29,6 +29,7 @@ from worker.live.housekeeping import Housekeeping
 from worker.live.standing import StandingLoops
 from worker.loops import LoopKind, LoopSupervisor
 from worker.presence import Presence
+from worker.rehash import RehashLoop
 from worker.tasks import register_tasks
 
 log = structlog.get_logger()
@@ -111,6 +112,7 @@ def loop_kinds(database: Database, settings: Settings) -> list[LoopKind]:
         FolderLoops(database, settings),
         StandingLoops(database, settings),
         Housekeeping(database, settings),
+        RehashLoop(database, settings),
     ]
 
 

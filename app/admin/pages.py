@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Form, Query, Request
+from fastapi import APIRouter, Form, Request
 from fastapi.responses import RedirectResponse, Response
 from sqlalchemy.orm import Session
 
@@ -203,28 +203,6 @@ def revoke_token(token_id: int, session: SessionDep, access: Administrator) -> R
     """Revoke anybody's token."""
     auth.revoke_token(session, access, token_id)
     return RedirectResponse("/admin/tokens?done=revoked", status_code=303)
-
-
-@router.get("/audit")
-def show_audit(
-    request: Request,
-    session: SessionDep,
-    access: Administrator,
-    paging: PagingDep,
-    entity: Annotated[str, Query(max_length=64)] = "",
-) -> Response:
-    """Show the audit log, newest first."""
-    wanted = service.AuditFilter(entity=entity or None)
-    entries, next_cursor = service.list_audit(session, access, wanted, paging)
-    people = {entry.user_id for entry in entries if entry.user_id is not None}
-    return page(
-        request,
-        "admin/audit.html",
-        entries=entries,
-        emails=service.emails_of(session, people),
-        entity=entity,
-        next_cursor=next_cursor,
-    )
 
 
 def _users(

@@ -3,6 +3,7 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
+from pydantic import AwareDatetime
 
 from app.admin import service
 from app.admin.schemas import AuditOut
@@ -91,9 +92,21 @@ def list_audit_log(
     user_id: int | None = None,
     entity: Annotated[str | None, Query(max_length=64, examples=["site"])] = None,
     entity_id: int | None = None,
+    action: Annotated[str | None, Query(max_length=64, examples=["create"])] = None,
+    site_id: int | None = None,
+    since: AwareDatetime | None = None,
+    until: AwareDatetime | None = None,
 ) -> Page[AuditOut]:
     """List changes, newest first; administrators of single sites see those sites' changes."""
-    wanted = service.AuditFilter(user_id=user_id, entity=entity, entity_id=entity_id)
+    wanted = service.AuditFilter(
+        user_id=user_id,
+        entity=entity,
+        entity_id=entity_id,
+        action=action,
+        site_id=site_id,
+        since=since,
+        until=until,
+    )
     entries, next_cursor = service.list_audit(session, access, wanted, paging)
     return Page(items=[AuditOut.of(entry) for entry in entries], next_cursor=next_cursor)
 

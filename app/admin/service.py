@@ -11,7 +11,7 @@ from app.auth.access import Access, Scope
 from app.paging import Paging
 from app.tables.identity import AuditEntry
 
-__all__ = ["AuditFilter", "emails_of", "list_audit"]
+__all__ = ["AuditFilter", "emails_of", "list_audit", "user_id_of"]
 
 
 def list_audit(
@@ -21,6 +21,11 @@ def list_audit(
     return repository.list_entries(
         session, replace(wanted, site_ids=access.site_ids(Scope.ADMIN)), paging
     )
+
+
+def user_id_of(session: Session, email: str) -> int:
+    """Return the id of the person with an address; 0, which nobody has, for none."""
+    return repository.user_id_of(session, email) or 0
 
 
 def emails_of(session: Session, user_ids: set[int]) -> dict[int, str]:

@@ -8,6 +8,7 @@ from fastapi.responses import RedirectResponse, Response
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import DatabaseDep, JobsDep, PagingDep, SessionDep
 from app.keeping import jobs as control
+from app.keeping import repository
 from app.templating import page
 
 router = APIRouter(prefix="/admin/jobs")
@@ -30,6 +31,7 @@ def show_jobs(
         request,
         "keeping/jobs.html",
         jobs=jobs,
+        findings=repository.findings(session),
         next_cursor=next_cursor,
         flashes=[{"message": notice, "tone": "success"}] if notice else [],
     )

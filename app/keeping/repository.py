@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy.orm import InstrumentedAttribute
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.tables.ais import AisFile
 from app.tables.calibration import CalibrationPhoto
@@ -12,6 +12,8 @@ from app.tables.detection import Model
 from app.tables.exports import Export
 from app.tables.imagery import Image
 from app.tables.imports import FileState, ImportFile
+from app.tables.operation import FileFinding, FileProblem
+from app.tables.runs import Run, RunImage
 
 # Every column that names a file of the store; a test looks for forgotten ones.
 FILE_COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
@@ -48,3 +50,34 @@ def first_filled(connection: sa.Connection, tables: Sequence[sa.Table]) -> str |
             if connection.execute(statement).first() is not None:
                 return table.name
     return None
+
+
+def findings(session: Session) -> dict[str, FileProblem]:
+    """Return the files that were found not to be whole."""
+    rows = session.execute(sa.select(FileFinding.sha256, FileFinding.problem))
+    return {row.sha256: row.problem for row in rows}
+
+
+def keep_finding(session: Session, sha256: str, problem: FileProblem | None) -> None:
+    """Keep what is wrong with a file; with None forget it."""
+    session.execute(sa.delete(FileFinding).where(FileFinding.sha256 == sha256))
+    if problem is not None:
+        session.add(FileFinding(sha256=sha256, problem=problem))
+
+
+def accountings(connection: sa.Connection) -> list[tuple[int, str, dict[str, Any]]]:
+    """Return (id, name, what became of its lines) of each recording."""
+    rows = connection.execute(sa.select(AisFile.id, AisFile.file_name, AisFile.accounting))
+    return [(row.id, row.file_name, row.accounting) for row in rows]
+
+
+def runs_miscounted(connection: sa.Connection) -> list[tuple[int, int, int]]:
+    """Return (id, images announced, images there) of each run whose numbers differ."""
+    there = sa.func.count(RunImage.image_id)
+    rows = connection.execute(
+        sa.select(Run.id, Run.image_count, there)
+        .outerjoin(RunImage, RunImage.run_id == Run.id)
+        .group_by(Run.id)
+        .having(Run.image_count != there)
+    )
+    return [(row[0], row[1], row[2]) for row in rows]

@@ -113,14 +113,35 @@ def downgrade(revision: Annotated[str, typer.Argument(help="`base` removes all t
     typer.echo(f"database is at {revision}")
 
 
-def check() -> None:
-    """Say whether the database fits this version; exit 1 when it does not."""
+def check(
+    *,
+    rehash: Annotated[
+        bool, typer.Option("--hash", help="Hash every stored file again; takes its time")
+    ] = False,
+) -> None:
+    """Say whether the database fits this version and all it says is so; exit 1 when not."""
     from app import schema
+    from app.config import get_settings
+    from app.keeping.files import check_files
+    from app.keeping.soundness import orphans, problems
+    from app.storage import Storage
 
+    storage = Storage(get_settings().storage_url)
     with _database() as database:
         schema.refuse_other_version(database)
         if differing := schema.differences(database):
             raise AppError(f"the tables differ from this version's: {differing}")
+        found = list(problems(database, storage))
+        if rehash:
+            checked = check_files(database, storage)
+            if checked.damaged:
+                found.append(f"{checked.damaged} of {checked.files} files are damaged")
+        for problem in found:
+            typer.echo(problem)
+        if unused := orphans(database, storage):
+            typer.echo(f"{unused} stored files belong to no row (no harm)")
+    if found:
+        raise AppError(f"{len(found)} problems found")
     typer.echo(f"database is at {schema.head_revision()} and fits")
 
 

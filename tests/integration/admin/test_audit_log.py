@@ -1,12 +1,13 @@
 """The audit log: one line for each change, in its transaction, for those it concerns."""
 
 from collections.abc import Callable
+from datetime import UTC, datetime
 
 from starlette.testclient import TestClient
 
 from app.auth import audit
 from app.db import Database
-from app.tables.identity import User
+from app.tables.identity import AuditEntry, User
 from tests.factories.sites import make_site
 
 ADA = {"email": "ada@harbour.example", "password": "correct horse battery"}
@@ -85,3 +86,30 @@ def test_details_are_text_on_the_page(
     page = browser_of(admin).get("/admin/audit").text
     assert "<script>alert" not in page
     assert "alert(1)" in page
+
+
+def test_the_log_is_searched_by_its_address_and_taken_along(
+    browser_of: Callable[[User], TestClient], admin: User, database: Database
+) -> None:
+    """Who, what and when narrow the page and the file alike; formulas stay text."""
+    with database.writing() as session:
+        for action, day in (("create", 1), ("remove", 2)):
+            session.add(
+                AuditEntry(
+                    user_id=admin.id,
+                    action=action,
+                    entity="=site",
+                    details={},
+                    at=datetime(2026, 5, day, tzinfo=UTC),
+                )
+            )
+    browser = browser_of(admin)
+    query = f"who={admin.email}&action=create&since=2026-05-01&until=2026-05-02"
+    shown = browser.get(f"/admin/audit?{query}").text
+    assert shown.count("=site") == 1
+    taken = browser.get(f"/admin/audit/csv?{query}")
+    assert taken.headers["content-type"].startswith("text/csv")
+    line = taken.text.splitlines()[1]
+    assert line.startswith(f"2026-05-01T00:00:00+00:00,{admin.email},create,'=site")
+    assert browser.get("/admin/audit?who=nobody@example.org").text.count("=site") == 0
+    assert browser.get("/admin/audit?since=2026-13-01").status_code == 422

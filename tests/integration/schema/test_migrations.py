@@ -1,6 +1,7 @@
 """The tables: made and removed by migrations alone, on both databases, and as the code has them."""
 
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -119,3 +120,35 @@ def test_making_registrations_anew_keeps_what_refers_to_them(empty_database: Dat
     with empty_database.reading() as session:
         run = session.get_one(Run, ids["run_id"])
         assert run.registration.id == ids["registration_id"]
+
+
+def test_data_of_the_first_version_survives_every_upgrade(empty_database: Database) -> None:
+    """Rows stored under the first migration are there under the newest, value for value."""
+    schema.upgrade(empty_database, "0001")
+    first = sa.MetaData()
+    first.reflect(empty_database.engine, only=["sites", "cameras", "users", "memberships"])
+    moment = datetime(2025, 5, 1, 12, 30, 15, tzinfo=UTC).replace(tzinfo=None)
+    stored = {
+        "sites": {"name": "Elbe", "origin_lat_deg": 53.5, "timezone": "Europe/Berlin"},
+        "cameras": {"site_id": 1, "name": "East", "fx_px": 6570.7, "distortion": [0.1] * 5},
+        "users": {"email": "ada@harbour.example", "password_hash": "x", "name": "Ada"},
+        "memberships": {"user_id": 1, "site_id": 1, "role": "operator"},
+    }
+    with empty_database.engine.execution_options(writes=True).begin() as connection:
+        for name, values in stored.items():
+            table = first.tables[name]
+            row = {column.name: 1 for column in table.columns if not column.nullable}
+            row |= {"created_at": moment} if "created_at" in table.c else {}
+            flags = [c.name for c in table.columns if isinstance(c.type, sa.Boolean)]
+            row |= dict.fromkeys(flags, True)
+            texts = [c.name for c in table.columns if isinstance(c.type, sa.String)]
+            row |= {name: "1" for name in texts if name in row}
+            connection.execute(table.insert().values(row | values))
+    schema.upgrade(empty_database)
+
+    assert schema.differences(empty_database) == []
+    with empty_database.reading() as session:
+        for name, values in stored.items():
+            columns = [sa.column(column) for column in values if column != "distortion"]
+            row = session.execute(sa.select(*columns).select_from(sa.table(name))).one()
+            assert list(row) == [v for column, v in values.items() if column != "distortion"]
