@@ -59,12 +59,14 @@ def start_run(
     preset: Annotated[str, Form()] = Preset.PAPER.value,
     name: Annotated[str, Form(max_length=200)] = "",
     matching: Annotated[str, Form()] = "",
+    track_method: Annotated[str, Form()] = "",
     score_threshold: Annotated[str, Form()] = "",
     maximum_cost: Annotated[str, Form()] = "",
 ) -> Response:
     """Start a run and show it; a wrong form comes back as it was entered."""
     entered = {
         "matching": matching,
+        "track_method": track_method,
         "score_threshold": score_threshold,
         "maximum_cost": maximum_cost,
     }
