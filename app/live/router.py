@@ -30,12 +30,12 @@ Administrator = Annotated[Access, allowed(Scope.ADMIN)]
 @router.post("/cameras/{camera_id:int}/drop", status_code=201, responses={200: {"model": ImageOut}})
 def drop(
     camera_id: int,
-    data: Annotated[bytes, Body(media_type="application/octet-stream")],
     access: Ingester,
     database: DatabaseDep,
     storage: StorageDep,
     settings: SettingsDep,
     response: Response,
+    data: Annotated[bytes, Body(media_type="application/octet-stream")] = b"",
     name: Annotated[str, Query(max_length=255, description="The file's name")] = "",
 ) -> ImageOut:
     """Drop a photograph as the bare body: 201; the same bytes again: 200 and the same id."""
