@@ -28,7 +28,7 @@ def put_many(storage: Storage, contents: Mapping[str, bytes]) -> None:
     local = {sha256: path for sha256, path in places.items() if path is not None}
     for sha256 in contents.keys() - local.keys():
         storage.put(contents[sha256])
-    missing = {sha256: path for sha256, path in local.items() if not path.exists()}
+    missing = {sha256: path for sha256, path in local.items() if not _touched(path)}
     if len(missing) <= FEW:
         for sha256 in local:
             storage.put(contents[sha256])
@@ -42,6 +42,15 @@ def put_many(storage: Storage, contents: Mapping[str, bytes]) -> None:
         if error.errno in FULL:
             raise StorageFull("there is no room left; free some space and try again") from error
         raise
+
+
+def _touched(path: Path) -> bool:
+    """Whether a file is there; if so, it is now too young to be swept away as unused."""
+    try:
+        os.utime(path)
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _write(root: Path, files: Mapping[Path, bytes]) -> None:

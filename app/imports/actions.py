@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope
 from app.auth.audit import record
+from app.deletions import service as deletions
 from app.errors import looked_up_by
 from app.imports import intake, paths, receiving, service
 from app.imports.intake import Place
@@ -41,8 +42,7 @@ def start(
         for name, stream in files:
             _take(place, row.id, name, stream)
     except BaseException:
-        with place.database.writing() as session:
-            _discard(session, access, service.get(session, row.id))
+        discard(place, access, row.id)
         raise
     return row
 
@@ -133,17 +133,14 @@ def commit(
 
 
 def discard(place: Place, access: Access, import_id: int) -> ImageImport:
-    """Give a batch up before it is committed."""
+    """Give a batch up before it is committed, and its bytes with it."""
     with place.database.writing() as session:
         row = import_for(session, access, Scope.INGEST, import_id)
-        _discard(session, access, row)
+        stored = service.discard(session, row)
+        record(session, access, "discard", "import", row.id, row.site_id)
     Parts(place.settings.storage_url).remove(import_id)
+    deletions.sweep(place.database, place.storage, stored)
     return row
-
-
-def _discard(session: Session, access: Access, row: ImageImport) -> None:
-    service.discard(session, row)
-    record(session, access, "discard", "import", row.id, row.site_id)
 
 
 def undo(session: Session, access: Access, row: ImageImport) -> None:

@@ -98,8 +98,10 @@ def _close(
 ) -> tuple["ImageImport", "Preview"]:
     """Commit a batch, unless it is only to be looked at; one without anything new is forgotten."""
     from app.auth.audit import record
+    from app.deletions import service as deletions
     from app.imports import service
 
+    stored: set[str] = set()
     with place.database.writing() as session:
         batch = service.get(session, import_id)
         if times is not None:
@@ -110,7 +112,8 @@ def _close(
             count = batch.image_count
             record(session, None, "commit", "import", batch.id, batch.site_id, images=count)
         elif not dry_run:
-            service.discard(session, batch)
+            stored = service.discard(session, batch)
+    deletions.sweep(place.database, place.storage, stored)
     return batch, made
 
 

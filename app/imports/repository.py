@@ -186,6 +186,24 @@ def forget_files(session: Session, import_id: int) -> None:
     session.execute(sa.delete(ImportFile).where(ImportFile.import_id == import_id))
 
 
+def contents(session: Session, import_id: int) -> set[str]:
+    """Return the SHA-256 of all bytes that were stored for a batch."""
+    statement = sa.select(ImportFile.sha256).where(
+        ImportFile.import_id == import_id, ImportFile.sha256.is_not(None)
+    )
+    return {sha256 for sha256 in session.scalars(statement) if sha256}
+
+
+def release_files(session: Session, import_id: int) -> None:
+    """Let a batch's files no longer speak of stored bytes: from now on its images do."""
+    session.execute(
+        sa.update(ImportFile)
+        .where(ImportFile.import_id == import_id)
+        .values(sha256=None)
+        .execution_options(synchronize_session=False)
+    )
+
+
 def hashes_of(session: Session, camera_id: int, wanted: Sequence[str]) -> set[str]:
     """Return which of some contents a camera has images of."""
     found: set[str] = set()

@@ -206,6 +206,7 @@ def commit(session: Session, row: ImageImport, made: Preview, *, leave_out_waiti
             for item, true_time in zip(made.ready, true_times, strict=True)
         ],
     )
+    repository.release_files(session, row.id)
     row.status, row.committed_at = status, now()
     row.image_count = repository.count_images(session, row)
     flush(session)
@@ -235,11 +236,16 @@ def _at(true_time: datetime, spans: Sequence[Viewport]) -> dict[str, Any]:
     return {"captured_at": true_time, "viewport_id": viewport.id if viewport else None}
 
 
-def discard(session: Session, row: ImageImport) -> None:
-    """Give a batch up before it is committed: its files are forgotten."""
+def discard(session: Session, row: ImageImport) -> set[str]:
+    """Give a batch up before it is committed: its files are forgotten.
+
+    Returns the SHA-256 of the bytes that were stored for it, which may now be spoken of nowhere.
+    """
     row.status = states.after(row.status, Act.DISCARD)
+    stored = repository.contents(session, row.id)
     repository.forget_files(session, row.id)
     flush(session)
+    return stored
 
 
 def takes_along(session: Session, row: ImageImport) -> TakesAlongOut:

@@ -1,14 +1,18 @@
 """Batches over REST: sent, resumed, looked at, committed, undone, restored, moved."""
 
+import hashlib
+import os
 from datetime import UTC, datetime
 
 import pytest
 from sqlalchemy import func, select
 from starlette.testclient import TestClient
 
+from app.config import Settings
 from app.db import Database
 from app.errors import StorageFull
 from app.imports import intake
+from app.storage import Storage
 from app.storing_together import put_many
 from app.tables.clock import ClockOffset, OffsetSource
 from app.tables.imagery import Image
@@ -197,14 +201,30 @@ def test_a_batch_moves_to_another_camera(
     assert images(client, right) == []
 
 
-def test_a_batch_is_given_up_before_it_is_committed(sender: Sender, database: Database) -> None:
-    """Discarded, nothing of it is left but the note that it was."""
-    sender.send({"1.jpg": hour(1)})
+def test_a_batch_is_given_up_before_it_is_committed(
+    sender: Sender, client: TestClient, camera: Camera, database: Database, settings: Settings
+) -> None:
+    """Discarded, nothing of it is left but the note that it was, and bytes that others need too.
+
+    Bytes that came within the hour stay as well: somebody may be storing the same ones.
+    """
+    storage = Storage(settings.storage_url)
+    begun = begin(client, camera)
+    begun.send({"2.jpg": hour(2)})
+    begun.act("commit")
+    sender.send({"1.jpg": hour(1), "2.jpg": hour(2)})
+    for address in (stored := list(storage.addresses())):
+        path = storage.local_path(address)
+        assert path is not None
+        os.utime(path, (0, 0))
+    assert len(stored) == 2
     assert sender.client.delete(sender.address).status_code == 204
     assert sender.client.get(sender.address).json()["status"] == "discarded"
     assert sender.act("commit").status_code == 409
     with database.reading() as session:
-        assert session.scalar(select(func.count()).select_from(ImportFile)) == 0
+        of_it = ImportFile.import_id == int(sender.address.rpartition("/")[2])
+        assert session.scalar(select(func.count()).where(of_it)) == 0
+    assert list(storage.addresses()) == [hashlib.sha256(hour(2)).hexdigest()]
 
 
 def test_nothing_is_committed_behind_ones_back(sender: Sender) -> None:
