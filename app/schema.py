@@ -65,7 +65,7 @@ def migrating(database: Database) -> Iterator[sa.Connection]:
         if on_sqlite:
             on_sqlite.execute("PRAGMA foreign_keys=OFF")
         try:
-            with connection.begin():
+            with connection.begin(), _calm_about_expressions():
                 yield connection
         finally:
             if on_sqlite:
@@ -114,8 +114,17 @@ def differences(database: Database) -> list[object]:
                 "compare_type": True,
             },
         )
-        with warnings.catch_warnings():
-            # SQLite does not tell what an index on an expression is made of; nobody can act on it.
-            warnings.filterwarnings("ignore", "Skipped unsupported reflection")
-            warnings.filterwarnings("ignore", "autogenerate skipping metadata-specified expression")
+        with _calm_about_expressions():
             return list(compare_metadata(migration_context, Base.metadata))
+
+
+@contextmanager
+def _calm_about_expressions() -> Iterator[None]:
+    """Keep quiet that SQLite does not tell what an index on an expression is made of.
+
+    Nobody can act on it, and tables with such an index are never made anew.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Skipped unsupported reflection")
+        warnings.filterwarnings("ignore", "autogenerate skipping metadata-specified expression")
+        yield
