@@ -44,12 +44,15 @@ def test_the_form_starts_a_run_and_shows_it(
 ) -> None:
     """Empty numbers are defaults; the run's own page follows."""
     assert harbour.model.name in operator.get("/runs/new").text
-    sent = operator.post("/runs", data=form_of(harbour, name=" calm sea ", maximum_cost="0.4"))
+    sent = operator.post(
+        "/runs", data=form_of(harbour, name=" calm sea ", maximum_cost="0.4", track_method="cog_dr")
+    )
     with database.reading() as session:
         run = session.scalars(sa.select(Run)).one()
     assert (sent.status_code, sent.headers["location"]) == (303, f"/runs/{run.id}")
     assert (run.name, run.parameters["maximum_cost"]) == ("calm sea", 0.4)
     assert run.parameters["score_threshold"] == 0.25
+    assert run.parameters["track_method"] == "cog_dr"
     assert "calm sea" in operator.get(f"/runs/{run.id}").text
 
 
