@@ -18,6 +18,7 @@ from app.ais.area import Area
 from app.ais.fields_of_view import SeenFrom, seen_from
 from app.ais.report_repository import Readable
 from app.ais.thinning import METRES_PER_DEG
+from app.db import now
 from app.domain.arrays import FloatArray
 from app.identities import service as identities
 from app.tables.sites import Site
@@ -87,6 +88,12 @@ def days(session: Session, site_id: int, readable: Readable) -> list[tuple[date,
         heard = coverage_repository.is_anything_heard(session, readable, start, start + _DAY)
         found.append((day, count, heard))
     return found
+
+
+def last_day(session: Session, site_id: int) -> date:
+    """Return the last day with images; today where there is none."""
+    found = coverage_repository.image_days(session, site_id, 1)
+    return date.fromisoformat(found[0][0]) if found else now().date()
 
 
 def of_day(session: Session, site: Site, readable: Readable, day: date) -> DayCoverage:

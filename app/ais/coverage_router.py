@@ -61,12 +61,16 @@ def get_coverage(
     site_id: int,
     session: SessionDep,
     access: Reader,
-    day: Annotated[date, Query(description="A day in UTC", examples=["2026-11-22"])],
+    day: Annotated[
+        date | None, Query(description="A day in UTC; left out: the last one with images")
+    ] = None,
     form: Annotated[Literal["json", "csv"], Query(alias="format")] = "json",
 ) -> object:
     """Tell for each image of a day which vessels were heard near it, and who was silent when."""
     site = site_for(session, access, Scope.READ, site_id)
-    found = coverage.of_day(session, site, identities.view(session, site.id).readable, day)
+    readable = identities.view(session, site.id).readable
+    day = day or coverage.last_day(session, site.id)
+    found = coverage.of_day(session, site, readable, day)
     if form == "json":
         return DayCoverageOut.model_validate(found)
     text = io.StringIO()

@@ -5,19 +5,21 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from app.ais import coverage_router
+from app.ais import coverage_router, map_repository
 from app.ais.area import Area
 from app.ais.fields_of_view import seen_from
 from app.ais.map_schemas import FieldOfViewOut, StretchOut
 from app.ais.map_tracks import MOST_SENT, stretch
 from app.ais.moments import Moment
 from app.auth.access import Access, Scope, allowed
+from app.db import now
 from app.dependencies import Page, SessionDep
 from app.identities import service as identities
 from app.sites.actions import site_for
 
 router = APIRouter(tags=["AIS"])
 router.include_router(coverage_router.router)
+HALF_AN_HOUR = timedelta(minutes=30)
 Reader = Annotated[Access, allowed(Scope.READ)]
 
 
@@ -26,7 +28,9 @@ def list_tracks(
     site_id: int,
     session: SessionDep,
     access: Reader,
-    start: Annotated[Moment, Query(alias="from", description="ISO 8601; UTC without a zone")],
+    start: Annotated[
+        Moment | None, Query(alias="from", description="Left out: the last half hour with AIS")
+    ] = None,
     end: Annotated[
         Moment | None, Query(alias="to", description="At most six hours later; else half an hour")
     ] = None,
@@ -48,11 +52,14 @@ def list_tracks(
     """
     site = site_for(session, access, Scope.READ, site_id)
     view = identities.view(session, site.id)
+    if start is None:
+        span = map_repository.span(session, view.readable)
+        start = (end or (span[1] if span else now())) - HALF_AN_HOUR
     found = stretch(
         session,
         view.readable,
         start,
-        end or start + timedelta(minutes=30),
+        end or start + HALF_AN_HOUR,
         Area.parse(bbox) if bbox else None,
         tolerance_m,
         points,

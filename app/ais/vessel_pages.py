@@ -21,7 +21,7 @@ from app.identities import service as identities
 from app.identities.shown import title_of
 from app.paging import Paging, decode_cursor
 from app.reviews import service as reviews
-from app.reviews.schemas import PoseOut
+from app.reviews.schemas import PoseImage
 from app.tables.ais import AisPosition
 from app.templating import page
 
@@ -73,7 +73,7 @@ def show_vessel(
         drawing=draw(track),
         width_px=WIDTH_PX,
         height_px=HEIGHT_PX,
-        appearances=[(PoseOut.of(seen), seen.pose.image.site_id) for seen in found],
+        appearances=[(seen, PoseImage.of(seen.pose.image)) for seen in found],
         more_poses=next_poses,
         reviewable=access.site_ids(Scope.REVIEW),
         site_of_map=_one_site(readable, shown),
