@@ -7,6 +7,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.tables.ais import AisFile
+from app.tables.ais_uploads import AisUpload
 from app.tables.calibration import CalibrationPhoto
 from app.tables.detection import Model
 from app.tables.exports import Export
@@ -19,6 +20,7 @@ from app.tables.runs import Run, RunImage
 FILE_COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
     Image.sha256,
     AisFile.sha256,
+    AisUpload.sha256,
     Model.sha256,
     CalibrationPhoto.sha256,
     Export.sha256,

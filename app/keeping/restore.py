@@ -117,7 +117,7 @@ def _load_tables(connection: sa.Connection, archive: Archive) -> None:
             archive.open(table.member) as member,
             gzip.open(member, "rb") as lines,
         ):
-            loaded = load(connection, table, read_rows(iter(lines)))
+            loaded = load(connection, table, read_rows(iter(lines), table))
         if loaded != table.rows:
             raise Invalid(f"{table.name}: {loaded} of {table.rows} rows could be restored")
     continue_numbering(connection, archive.manifest.tables)

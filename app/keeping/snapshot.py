@@ -2,11 +2,13 @@
 
 On SQLite a reading transaction sees the write-ahead log up to its first statement; on Postgres a
 REPEATABLE READ one sees what was committed by then. Either way writers wait for nobody. Each value
-is written in a form both databases understand: moments as text in UTC, JSON as its text.
+is written in a form both databases understand: moments as text in UTC, JSON as its text, bytes in
+base 64.
 """
 
 import gzip
 import json
+from base64 import b64decode, b64encode
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -23,7 +25,7 @@ from app.tables.operation import Takeover, WorkerHeartbeat
 OF_THE_MOMENT = frozenset({Takeover.__tablename__, WorkerHeartbeat.__tablename__})
 ROWS_AT_A_TIME = 2000
 QUICK = 1  # gzip: three quarters of the gain for a fifth of the time
-MOMENT, JSON_TEXT, PLAIN = "moment", "json", "plain"
+MOMENT, JSON_TEXT, BYTES, PLAIN = "moment", "json", "bytes", "plain"
 
 
 def kept_tables() -> list[sa.Table]:
@@ -47,7 +49,7 @@ def write_table(connection: sa.Connection, table: sa.Table, path: Path) -> Table
     rows = 0
     with gzip.open(path, "wb", compresslevel=QUICK) as target:
         for row in connection.execute(sa.select(*map(_neutral, table.columns))):
-            target.write(json.dumps(list(row), default=_moment).encode() + b"\n")
+            target.write(json.dumps(list(row), default=_text).encode() + b"\n")
             rows += 1
     with path.open("rb") as written:
         return TableEntry(table.name, kinds, rows, sha256_of(written))
@@ -56,6 +58,8 @@ def write_table(connection: sa.Connection, table: sa.Table, path: Path) -> Table
 def _kind(column: sa.Column[Any]) -> str:
     if isinstance(column.type, UtcDateTime):
         return MOMENT
+    if isinstance(column.type, sa.LargeBinary):
+        return BYTES
     return JSON_TEXT if isinstance(column.type, sa.JSON) else PLAIN
 
 
@@ -64,14 +68,19 @@ def _neutral(column: sa.Column[Any]) -> sa.ColumnElement[Any]:
     return sa.cast(column, sa.Text) if _kind(column) == JSON_TEXT else column
 
 
-def _moment(value: object) -> str:
-    if not isinstance(value, datetime):
-        raise TypeError(f"a backup cannot hold a {type(value).__name__}")
-    return f"{value.astimezone(UTC):%Y-%m-%d %H:%M:%S.%f}+00:00"
+def _text(value: object) -> str:
+    if isinstance(value, datetime):
+        return f"{value.astimezone(UTC):%Y-%m-%d %H:%M:%S.%f}+00:00"
+    if isinstance(value, bytes):
+        return b64encode(value).decode()
+    raise TypeError(f"a backup cannot hold a {type(value).__name__}")
 
 
-def read_rows(lines: Iterator[bytes]) -> Iterator[Sequence[Any]]:
-    """Give the rows that `write_table` wrote."""
+def read_rows(lines: Iterator[bytes], table: TableEntry) -> Iterator[Sequence[Any]]:
+    """Give the rows that `write_table` wrote, moments and JSON still as text."""
+    binary = [at for at, kind in enumerate(table.columns.values()) if kind == BYTES]
     for line in lines:
         row: list[Any] = json.loads(line)
+        for at in binary:
+            row[at] = None if row[at] is None else b64decode(row[at])
         yield row

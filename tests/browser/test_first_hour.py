@@ -25,6 +25,7 @@ from tests.factories.norderelbe import CAPTURED_AT, MMSI, Published
 from tests.worker_process import WorkerProcess, wait_until
 
 PHOTOGRAPH = f"kehrwieder_{CAPTURED_AT:%Y%m%d_%H%M%S}.jpg"
+PATIENT_MS = 60_000
 # Pixels where landmarks are seen, and how far away they stand, metres.
 SEEN = (
     (200, 600, 900.0),
@@ -93,9 +94,12 @@ class FirstPage:
 
     def take(self, step: str) -> None:
         """Go home, see that the step is the next one, and follow its button."""
-        self._page.goto(f"{self._url}/")
-        expect(self._page.locator("[aria-current=step] strong")).to_have_text(step)
+        wait_until(lambda: self._is_next(step), what=f"the step {step!r}")
         self._page.locator("[aria-current=step] a").click()
+
+    def _is_next(self, step: str) -> bool:
+        self._page.goto(f"{self._url}/")
+        return self._page.locator("[aria-current=step] strong").inner_text() == step
 
 
 def keypoints(published: Published) -> bytes:
@@ -160,23 +164,23 @@ def test_from_nothing_to_a_graded_pose_with_a_real_photograph(
     first.take("Add a viewport")
     fill(page, {"name": "South"})
     page.locator("main form button[type=submit]").click()
-    expect(page.get_by_role("heading", name="South")).to_be_visible()
+    expect(page.get_by_role("heading", name="South")).to_be_visible(timeout=PATIENT_MS)
 
     first.take("Upload photographs")
     page.get_by_role("button", name="Photographs").set_input_files(
         {"name": PHOTOGRAPH, "mimeType": "image/jpeg", "buffer": published.photograph}
     )
     page.get_by_role("button", name="Upload").click()
-    expect(page.locator("[data-upload-list] li")).to_contain_text("Stored")
+    expect(page.locator("[data-upload-list] li")).to_contain_text("Stored", timeout=PATIENT_MS)
 
     first.take("Mark 6 landmarks")
-    expect(page.locator("[data-register][data-state=ready]")).to_be_visible()
+    expect(page.locator("[data-register][data-state=ready]")).to_be_visible(timeout=PATIENT_MS)
     page.locator("[data-part=import-chooser]").set_input_files(
         {"name": "marks.csv", "mimeType": "text/csv", "buffer": keypoints(published)}
     )
     page.locator("[data-part=import-take]").click()
     page.get_by_role("button", name="Register", exact=True).click()
-    expect(page.get_by_text("Registered").first).to_be_visible()
+    expect(page.get_by_text("Registered").first).to_be_visible(timeout=PATIENT_MS)
 
     first.take("Import AIS")
     page.locator("main input[type=file]").first.set_input_files(
@@ -184,7 +188,6 @@ def test_from_nothing_to_a_graded_pose_with_a_real_photograph(
     )
     page.locator("main form button[type=submit]").first.click()
     page.get_by_role("button", name="Import", exact=True).click()
-    expect(page.get_by_text("heard.csv").first).to_be_visible()
 
     first.take("Get a detector")
     page.locator("main input[type=file]").first.set_input_files(
@@ -196,14 +199,14 @@ def test_from_nothing_to_a_graded_pose_with_a_real_photograph(
     )
     page.locator("#field-name").fill("yolox-nano")
     page.get_by_role("button", name="Add", exact=True).click()
-    expect(page.get_by_text("Ready").first).to_be_visible(timeout=60_000)
+    expect(page.get_by_text("Ready").first).to_be_visible(timeout=PATIENT_MS)
 
     first.take("Start a run")
     page.get_by_role("button", name="Start the run").click()
-    expect(page.locator("[data-run-status]")).to_contain_text("Succeeded", timeout=60_000)
+    expect(page.locator("[data-run-status]")).to_contain_text("Succeeded", timeout=PATIENT_MS)
 
     page.goto(f"{empty.url}/")
-    expect(page.get_by_role("link", name="Begin reviewing")).to_be_visible()
+    expect(page.get_by_role("link", name="Begin reviewing")).to_be_visible(timeout=PATIENT_MS)
     first.take("Grade the first pose")
     review = ReviewPage(page)
     review.wait()

@@ -36,6 +36,9 @@ from tests.postgres import PostgresCluster
 
 TIMES = 20
 NAMED_AFTER_OTHER_BYTES = {
+    "account_links.token_sha256",
+    "recovery_codes.code_sha256",
+    "file_findings.sha256",  # of a file that another row names
     "api_tokens.token_sha256",
     "login_sessions.token_sha256",
     "idempotency_keys.request_sha256",
