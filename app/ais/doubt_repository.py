@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session, aliased
 
 from app.ais.report_repository import Readable, visible
 from app.domain.plausibility import NEIGHBOURS
-from app.tables.ais import AisPosition
+from app.tables.ais import AisFile, AisPosition
 from app.tables.sites import Site
 
 FIX_COLUMNS = (
@@ -21,6 +21,7 @@ FIX_COLUMNS = (
     AisPosition.fix_time_source,
 )
 _Other = aliased(AisPosition)
+_UNFINISHED = sa.select(AisFile.id).where(~AisFile.is_whole)
 
 
 def neighbour_rows(
@@ -55,6 +56,8 @@ def _neighbour(readable: Readable, steps: int, *, earlier: bool) -> sa.ScalarSel
             _Other.mmsi == AisPosition.mmsi,
             time < outer if earlier else time > outer,
             visible(_Other.site_id, readable),
+            # `visible` asks this of the outer position only.
+            sa.func.coalesce(_Other.file_id, 0).not_in(_UNFINISHED.scalar_subquery()),
         )
         .order_by(time.desc() if earlier else time)
         .limit(1)
