@@ -141,7 +141,16 @@ def follow_link(
 def _set_up(request: Request, access: Access, secret: str, error: str = "") -> Response:
     picture = io.BytesIO()
     code = segno.make(totp.app_address(secret, access.email), micro=False)
-    code.save(picture, kind="svg", scale=5, xmldecl=False, svgns=False, title="QR code", nl=False)
+    code.save(
+        picture,
+        kind="svg",
+        scale=5,
+        light="white",
+        xmldecl=False,
+        svgns=False,
+        title="QR code",
+        nl=False,
+    )
     return page(
         request,
         "auth/second_factor.html",
