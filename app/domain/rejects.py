@@ -9,6 +9,7 @@ what is told and what is counted cannot differ.
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import NamedTuple, TypeVar
 
 from app.domain.accounting import (
@@ -20,7 +21,7 @@ from app.domain.accounting import (
 )
 
 ORPHANED = "orphaned"
-Reason = TypeVar("Reason", SentenceReject, MessageReject)
+Reason = TypeVar("Reason", bound=StrEnum)
 
 # What a person reads for each reason.
 MEANINGS: dict[str, str] = {
@@ -81,7 +82,7 @@ class RejectLog:
         """Tell of a row of a table at the present line, with what to do."""
         self._tell(Reject(self._origin.line, reason.value, self._origin.text, message))
 
-    def _here(self, reason: SentenceReject | MessageReject) -> None:
+    def _here(self, reason: StrEnum) -> None:
         self._tell(Reject(self._origin.line, reason.value, self._origin.text, MEANINGS[reason]))
 
 
