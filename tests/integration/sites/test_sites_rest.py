@@ -136,9 +136,7 @@ def test_wrong_intrinsics_are_refused(client: TestClient, intrinsics: dict[str, 
     assert answer.json()["errors"]
 
 
-def test_a_camera_with_images_keeps_its_size(
-    client: TestClient, database: Database
-) -> None:
+def test_a_camera_with_images_keeps_its_size(client: TestClient, database: Database) -> None:
     """A size its images do not have gives 409."""
     with database.writing() as session:
         camera = make_camera(session, make_site(session))
