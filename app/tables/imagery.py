@@ -23,7 +23,7 @@ class CaptureTimeSource(StrEnum):
 
 
 def _as_captured(context: DefaultExecutionContext) -> datetime:
-    moment: datetime = context.get_current_parameters()["captured_at"]
+    moment: datetime = context.get_current_parameters()["captured_at"]  # type: ignore[no-untyped-call]  # SQLAlchemy has no types there
     return moment
 
 
