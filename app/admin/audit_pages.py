@@ -66,7 +66,7 @@ def show_audit(
         "admin/audit.html",
         entries=entries,
         emails=service.emails_of(session, people),
-        sites=auth.all_site_names(session),
+        sites=auth.administered_sites(session, access),
         query=query,
         next_cursor=next_cursor,
     )

@@ -226,7 +226,7 @@ def _users(
         invite_error=invite_error,
         link=f"{_address(request)}{link.path}" if link else "",
         linked=link.link.email if link else "",
-        sites=auth.all_site_names(session),
+        sites=auth.administered_sites(session, access),
         roles=[(role.value, role.value.capitalize()) for role in Role],
         flashes=_flashes(notice),
         error=error,

@@ -286,9 +286,10 @@ def site_names(session: Session, access: Access) -> dict[int, str]:
     return repository.site_names(session, {site_id for site_id in access.roles if site_id})
 
 
-def all_site_names(session: Session) -> dict[int, str]:
-    """Return the names of all sites by id, for an administrator's choice."""
-    return repository.site_names(session)
+def administered_sites(session: Session, access: Access) -> dict[int, str]:
+    """Return the names of the sites by id among which an administrator may choose."""
+    ids = access.site_ids(Scope.ADMIN)
+    return repository.site_names(session, None if ids is None else set(ids))
 
 
 def site_id_named(session: Session, text: str) -> int | None:

@@ -23,6 +23,7 @@ from app.main import create_app
 NO_STORED_ANSWER = {
     "/api/v1/tokens": "its answer holds a secret",
     "/api/v1/ais/files": "an upload: the same bytes are the same file",
+    "/api/v1/ais/previews": "it looks at a recording and stores nothing",
     "/api/v1/detections": "an upload: the same bytes are the same detections",
     "/api/v1/models": "an upload: the same bytes are the same model",
 }

@@ -53,9 +53,13 @@ def test_a_vessels_name_is_text(
         row = f'{mmsi},{time},53.89,9.21,1,90,90,,9,9,2,2,"{to.replace(chr(34), chr(34) * 2)}",60'
         sent: FilePayload = {"name": f"{SHORT}.csv", "mimeType": "", "buffer": row.encode()}
         page.goto("/ais")
-        page.get_by_role("button", name="File").set_input_files(sent)
+        page.get_by_label("File").set_input_files(sent)
+        page.get_by_role("button", name="Send and look").click()
+        expect(page.get_by_text(f"{SHORT}.csv").first).to_be_visible()
+        unharmed(page)
         page.get_by_role("button", name="Import").click()
-        expect(page.get_by_role("status")).to_contain_text(f"{SHORT}.csv: 1 new position")
+        page.get_by_role("link", name="What became of every line").click()
+        expect(page.get_by_text(f"{SHORT}.csv").first).to_be_visible()
         unharmed(page)
 
     day = last[:10]

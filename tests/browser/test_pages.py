@@ -13,7 +13,8 @@ from app.tables.imagery import Image
 from app.tables.runs import Run
 from tests.browser.conftest import Complaints, Installation, MakeRun
 from tests.check_pages import filled, page_routes
-from tests.factories.world import make_turned
+from tests.factories.ais import table
+from tests.factories.world import make_feed, make_import, make_turned
 
 WINDOWS = ({"width": 1440, "height": 900}, {"width": 1024, "height": 768})
 LIGHT_BYTES = 400_000
@@ -52,6 +53,11 @@ def addresses(
         run = session.get_one(Run, ids["run_id"])
         image = session.get_one(Image, ids["image_id"])
         ids |= make_turned(session, run.viewport, image, run.registration_id, "walked")
+        ids |= make_import(session, run.viewport.camera, "walked")
+        ids |= make_feed(session, harbour.site_id, "walked")
+    recording = {"file": ("waiting.csv", table(60))}
+    sent = api.post(f"{installation.url}/ais", files=recording)
+    ids["upload_id"] = int(sent.headers["location"].rpartition("/")[2])
     return [filled(path, ids) for path in page_routes(app, "GET") if path not in NO_PAGES]
 
 
@@ -137,7 +143,7 @@ def test_a_missing_page_shows_the_way_back(page: Page, complaints: Complaints) -
     assert answer.status == 404
     expect(page.get_by_role("heading", name="Not found")).to_be_visible()
     page.get_by_role("link", name="To the start page").click()
-    expect(page.get_by_role("heading", name="Sites")).to_be_visible()
+    expect(page.get_by_role("heading", name="Home", exact=True)).to_be_visible()
 
 
 def test_tab_reaches_the_content(page: Page) -> None:

@@ -73,7 +73,7 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     turned = make_turned(session, viewport, image, run_ids["registration_id"], marker)
     turned |= _deleted(session, camera, marker) | _clock(session, camera)
     turned |= _live(session, camera, viewport, run_ids["model_id"])
-    ids |= _import(session, camera, marker)
+    ids |= make_import(session, camera, marker)
     return ids | {"image_id": image.id, "box_id": box.id} | run_ids | turned
 
 
@@ -134,16 +134,6 @@ def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]
         )
     )
     session.add(Vessel(mmsi=mmsi, name=f"{marker} ship", first_seen_at=moment, last_seen_at=moment))
-    feed = AisFeed(
-        site_id=site.id,
-        name=f"{marker} feed",
-        kind=FeedKind.TCP,
-        host=f"{marker}.example",
-        port=5631,
-        silent_after_s=60.0,
-    )
-    session.add(feed)
-    session.flush()
     upload = AisUpload(
         site_id=site.id,
         sha256="0" * 64,
@@ -153,7 +143,27 @@ def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]
     )
     session.add(upload)
     session.flush()
-    return {"upload_id": upload.id, "file_id": file.id, "feed_id": feed.id, "mmsi": mmsi}
+    return make_feed(session, site.id, marker) | {
+        "upload_id": upload.id,
+        "file_id": file.id,
+        "mmsi": mmsi,
+    }
+
+
+def make_feed(session: Session, site_id: int, marker: str) -> dict[str, int]:
+    """Insert a live feed that is switched off."""
+    feed = AisFeed(
+        site_id=site_id,
+        name=f"{marker} feed",
+        kind=FeedKind.TCP,
+        host=f"{marker}.example",
+        port=5631,
+        silent_after_s=60.0,
+        enabled=False,
+    )
+    session.add(feed)
+    session.flush()
+    return {"feed_id": feed.id}
 
 
 def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) -> Image:
@@ -175,7 +185,8 @@ def _image(session: Session, camera: Camera, viewport: Viewport, marker: str) ->
     return image
 
 
-def _import(session: Session, camera: Camera, marker: str) -> dict[str, int]:
+def make_import(session: Session, camera: Camera, marker: str) -> dict[str, int]:
+    """Insert a batch of images on its way in, with one file."""
     batch = ImageImport(
         site_id=camera.site_id, camera_id=camera.id, name=f"{marker} card", times={}
     )
@@ -390,7 +401,7 @@ def _pose(session: Session, run: Run, image: Image, detection: Detection, mmsi: 
         to_starboard_m=2.0,
         report_ids=[],
         outcome="matched",
-        segments_px={},
+        segments_px={"reported": [], "dead_reckoned": []},
     )
     session.add_all([state, RunImage(run_id=run.id, image_id=image.id, position=0)])
     session.flush()

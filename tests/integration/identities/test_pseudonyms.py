@@ -18,7 +18,6 @@ from app.db import Database, now
 from app.domain.pseudonyms import PSEUDONYM, pseudonym
 from app.tables.ais import AisFile, AisStatic, Vessel
 from app.tables.identity import User
-from app.tables.runs import VesselStateRow
 from app.tables.sites import Site
 from tests.factories.world import make_world
 
@@ -39,8 +38,6 @@ def world(database: Database) -> dict[str, int]:
         site.shows_pseudonyms = True
         file = session.get_one(AisFile, ids["file_id"])
         file.sha256 = "ab" * 32
-        for state in session.scalars(sa.select(VesselStateRow)):
-            state.segments_px = {"reported": [], "dead_reckoned": []}
         file.file_name = f"{NAMES[MMSI]}-{MMSI}.nmea"
         vessel = session.get_one(Vessel, MMSI)
         vessel.name, vessel.callsign, vessel.imo = NAMES[MMSI], CALLSIGN, IMO
