@@ -110,6 +110,9 @@ def test_a_file_name_is_text(
     expect_text(f"/images/{image['id']}", name)
     for address in ("/sites", f"/sites/{site_id}", f"/cameras/{camera_id}"):
         expect_text(address, SCRIPT)
+    page.goto("/sites")
+    heads = page.locator(".card__head")
+    assert heads.evaluate_all("(all) => all.every((one) => one.scrollWidth <= one.clientWidth)")
     page.goto(f"{installation.url}/admin/audit")
     unharmed(page)
 
