@@ -111,7 +111,7 @@ def _export(bench: Workbench, run_id: int) -> None:
         session.flush()
         export_id = asked.id
     set_startup_aside()  # as in a worker
-    exports.make_file(bench.database, bench.storage, b"s" * 32, export_id)
+    exports.make_file(bench.database, bench.storage, export_id)
 
 
 if __name__ == "__main__":
