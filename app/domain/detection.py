@@ -12,6 +12,8 @@ from functools import cached_property
 from math import isnan
 
 COCO_BOAT = 8
+# Boxes count from the image's edge, geometry from the centre of its first pixel.
+HALF_PIXEL = 0.5
 
 
 @dataclass(frozen=True, slots=True)

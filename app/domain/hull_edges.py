@@ -12,7 +12,7 @@ from math import radians, sqrt
 
 import numpy as np
 
-from app.domain.arrays import FloatArray
+from app.domain.arrays import BoolArray, FloatArray
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
 from app.domain.hull_outline import unit_outline
@@ -39,7 +39,7 @@ class HullEdges:
     covariance_px2: FloatArray
     by_shared: FloatArray
     px_per_m: FloatArray
-    has_size: FloatArray
+    has_size: BoolArray
 
     @classmethod
     def of(cls, camera: Camera, candidates: Sequence[Candidate]) -> "HullEdges":

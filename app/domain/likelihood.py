@@ -22,19 +22,12 @@ from app.domain.arrays import BoolArray, FloatArray, IntArray
 from app.domain.borders import cut_edges
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
-from app.domain.detection import Detection
+from app.domain.detection import HALF_PIXEL, Detection
+from app.domain.edge_evidence import edge_mixing, edge_variance_px2
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import HullEdges
 
 ROUNDS = 3
-# Detections count from the image's edge, geometry from the centre of its first pixel.
-_HALF_PIXEL = 0.5
-# One sigma of what hulls and detectors differ by, as in the estimator: shares of the box's size.
-_MIDDLE_SHARE = 0.012
-_ONE_SIDE_SHARE = 0.06
-_WIDTH_SHARE = 0.12
-_LOWER_SHARE = 0.006
-_LOWER_EDGE_M = 0.1
 _UNKNOWN_SIZE_SHARE = 0.25  # where AIS gives no size, the middle may be anywhere near the middle
 # AIS errs more often by several sigmas than a normal distribution has it: Student's t.
 _FREEDOM = 6.0
@@ -182,11 +175,10 @@ class _Pairing:
 
 @dataclass(frozen=True, eq=False)
 class _Boxes:
-    """Detections as arrays: left, right and lower edges (n, 3) px, sizes (n,), cut edges (n, 3)."""
+    """Detections as arrays: left, right, lower edges (n, 3), sizes (n, 2), which are cut (n, 3)."""
 
     edges_px: FloatArray
-    width_px: FloatArray
-    height_px: FloatArray
+    size_px: FloatArray
     cut: BoolArray
     edge_sigma_px: float
 
@@ -194,28 +186,24 @@ class _Boxes:
     def of(
         cls, detections: Sequence[Detection], camera: Camera, settings: FusionSettings
     ) -> "_Boxes":
-        edges = np.array([(d.x1_px, d.x2_px, d.y2_px) for d in detections]) - _HALF_PIXEL
+        edges = np.array([(d.x1_px, d.x2_px, d.y2_px) for d in detections]) - HALF_PIXEL
         cuts = [cut_edges(d, camera.intrinsics, settings.border_tolerance_px) for d in detections]
         return cls(
             edges_px=edges,
-            width_px=edges[:, 1] - edges[:, 0],
-            height_px=np.array([d.y2_px - d.y1_px for d in detections]),
+            size_px=np.array([(d.x2_px - d.x1_px, d.y2_px - d.y1_px) for d in detections]),
             cut=np.array([(cut.left, cut.right, cut.bottom) for cut in cuts]),
             edge_sigma_px=settings.box_sigma_px,
         )
 
     def variance(self, hulls: HullEdges, row: IntArray, column: IntArray) -> FloatArray:
         """Return the variances (p, 3) of middle, width and lower edge, px^2."""
-        width, height, edge = self.width_px[row], self.height_px[row], self.edge_sigma_px
-        one_side = self.cut[row, :2].any(axis=1)
-        middle = np.where(
-            one_side,
-            edge**2 + (_ONE_SIDE_SHARE * width) ** 2,
-            edge**2 / 2 + (_MIDDLE_SHARE * width) ** 2,
+        one_side = self.cut[row, 0] | self.cut[row, 1]
+        variance = edge_variance_px2(
+            self.edge_sigma_px, self.size_px[row], hulls.px_per_m[column], one_side
         )
-        middle = middle + np.where(hulls.has_size[column], 0.0, (_UNKNOWN_SIZE_SHARE * width) ** 2)
-        lower = (_LOWER_SHARE * height) ** 2 + (_LOWER_EDGE_M * hulls.px_per_m[column]) ** 2
-        return np.column_stack([middle, 2 * edge**2 + (_WIDTH_SHARE * width) ** 2, edge**2 + lower])
+        unsized = ~hulls.has_size[column]
+        variance[unsized, 0] += (_UNKNOWN_SIZE_SHARE * self.size_px[row[unsized], 0]) ** 2
+        return variance
 
     def background(self, camera: Camera, row: IntArray, used: BoolArray) -> FloatArray:
         """Return the log density (p,) of the evidence where there is no vessel with AIS."""
@@ -223,7 +211,7 @@ class _Boxes:
         spread = np.column_stack(
             [
                 np.full(len(row), log(image.width_px)),
-                np.log(np.maximum(self.width_px[row], 1.0) * _SIZES),
+                np.log(np.maximum(self.size_px[row, 0], 1.0) * _SIZES),
                 np.full(len(row), log(_WATER_SHARE * image.height_px)),
             ]
         )
@@ -236,7 +224,7 @@ def _near(
     """Return which pairs (p,) overlap sideways within ten sigmas: the others are hopeless."""
     sigma = np.sqrt(hulls.covariance_px2[column][:, [0, 1], [0, 1]])
     turn = radians(rotation_sigma_deg) * hulls.by_shared[0, 0, 2]
-    reach = _HOPELESS_SIGMAS * (sigma + turn + boxes.edge_sigma_px) + boxes.width_px[row][:, None]
+    reach = _HOPELESS_SIGMAS * (sigma + turn + boxes.edge_sigma_px) + boxes.size_px[row, :1]
     left = hulls.edges_px[column, 0] - reach[:, 0] <= boxes.edges_px[row, 1]
     right = hulls.edges_px[column, 1] + reach[:, 1] >= boxes.edges_px[row, 0]
     return np.asarray(left & right & np.isfinite(hulls.edges_px[column]).all(axis=1))
@@ -252,16 +240,8 @@ def _mixing(
     """
     beyond = (hulls.edges_px[column] - boxes.edges_px[row]) * (-1, 1, 1) >= 0
     seen = ~(boxes.cut[row] & beyond)
-    left, right, lower = seen.T.astype(np.float64)
-    both = left * right
-    sides = np.maximum(1.0, left + right)
-    width = both * hulls.has_size[column]
-    mixing = np.zeros((len(row), 3, 3))
-    mixing[:, 0, 0], mixing[:, 0, 1] = left / sides, right / sides
-    mixing[:, 1, 0], mixing[:, 1, 1] = -width, width
-    mixing[:, 2, 2] = lower
-    used = np.column_stack([left + right > 0, width > 0, lower > 0])
-    return mixing, used
+    mixing = edge_mixing(seen, hulls.has_size[column])
+    return mixing, np.asarray(mixing.any(axis=2))
 
 
 @dataclass(frozen=True, eq=False)

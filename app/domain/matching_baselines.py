@@ -16,14 +16,13 @@ import numpy as np
 from app.domain.arrays import FloatArray
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
-from app.domain.detection import Detection
+from app.domain.detection import HALF_PIXEL, Detection
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
 
 FARTHEST_SHARE = 0.25  # of the vessel's distance
 FARTHEST_DEG = 2.0
 FARTHEST_M = 60.0
 _IMPOSSIBLE = 1e9
-_HALF_PIXEL = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +75,7 @@ def _costs(
     detection: Detection, candidates: Sequence[Candidate], camera: Camera, *, nearest: bool
 ) -> list[GroundCost]:
     """Compare a detection with all vessels."""
-    middle = np.array([(detection.x1_px + detection.x2_px) / 2, detection.y2_px]) - _HALF_PIXEL
+    middle = np.array([(detection.x1_px + detection.x2_px) / 2, detection.y2_px]) - HALF_PIXEL
     ray = camera.rays(middle[None])[0]
     return [
         _cost(ray, candidate, camera.center_in_world, nearest=nearest) for candidate in candidates

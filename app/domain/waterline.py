@@ -24,24 +24,17 @@ from math import radians, sqrt
 import numpy as np
 
 from app.domain.arrays import FloatArray
-from app.domain.borders import CutEdges
 from app.domain.camera import Camera
 from app.domain.correction import edge_planes
-from app.domain.detection import Detection
+from app.domain.detection import HALF_PIXEL, Detection
+from app.domain.edge_evidence import edge_mixing, edge_variance_px2
 from app.domain.fusion_settings import FusionSettings
+from app.domain.hull_edges import state_covariance
 from app.domain.hull_outline import unit_outline
 from app.domain.sighting import Sighting, VesselBox
-from app.domain.vessel_state import VesselState
 
 ROUNDS = 5
-# Detections count from the image's edge, geometry from the centre of its first pixel.
-HALF_PIXEL = 0.5
-# Shape noise: hulls that differ from the outline, superstructures that lean over the sides.
-_MIDDLE_SHARE = 0.012  # of the box's width
-_WIDTH_SHARE = 0.12
 _SIZE_M = 1.0  # AIS gives whole metres, and people enter them wrong
-_LOWER_SHARE = 0.006  # of its height: detectors are less exact on large vessels
-_LOWER_EDGE_M = 0.1  # bow waves and dark boot tops hide the waterline
 _TOP_M = 0.2  # masts a detector overlooks
 # Evidence more than so many sigmas off counts less for what all ships share.
 _SUSPICIOUS = 2.5
@@ -97,7 +90,7 @@ class _Problem:
         self.half_sizes = sizes / 2
         self.outline = unit_outline() * sizes[:, None]
         self.mixing, self.evidence_weight = self._evidence(sightings)
-        self.prior_covariance = np.array([_prior_covariance(state) for state in states])
+        self.prior_covariance = np.array([state_covariance(state) for state in states])
         self.prior = np.linalg.inv(self.prior_covariance)
         rotation = radians(settings.rotation_sigma_deg)
         self.shared_prior = np.array([settings.level_sigma_m, rotation, rotation]) ** -2.0
@@ -107,26 +100,15 @@ class _Problem:
 
     def _evidence(self, sightings: Sequence[Sighting]) -> tuple[FloatArray, FloatArray]:
         """Return how edges mix into evidence (n, 3, 3), and its weights (n, 3) in rad^-2."""
-        mixing = np.array([_mixing(sighting.cut) for sighting in sightings])
-        width_px = np.array([s.detection.x2_px - s.detection.x1_px for s in sightings])
-        height_px = np.array([s.detection.y2_px - s.detection.y1_px for s in sightings])
-        one_side = np.array([s.cut.sideways for s in sightings])
-        edge_px = self.box_sigma_px
-        middle_share = np.where(one_side, _WIDTH_SHARE / 2, _MIDDLE_SHARE)
-        sigma_px = np.column_stack(
-            [
-                np.hypot(edge_px / np.where(one_side, 1.0, sqrt(2)), middle_share * width_px),
-                np.hypot(
-                    np.hypot(edge_px * sqrt(2), _WIDTH_SHARE * width_px),
-                    _SIZE_M * self.focal_px / self.range_m,
-                ),
-                np.hypot(
-                    np.hypot(edge_px, _LOWER_SHARE * height_px),
-                    _LOWER_EDGE_M * self.focal_px / self.range_m,
-                ),
-            ]
-        )
-        return mixing, (self.focal_px / sigma_px) ** 2
+        cuts = [sighting.cut for sighting in sightings]
+        seen = ~np.array([(cut.left, cut.right, cut.bottom) for cut in cuts])
+        boxes = [sighting.detection for sighting in sightings]
+        size_px = np.array([(box.x2_px - box.x1_px, box.y2_px - box.y1_px) for box in boxes])
+        px_per_m = self.focal_px / self.range_m
+        one_side = ~(seen[:, 0] & seen[:, 1])
+        variance = edge_variance_px2(self.box_sigma_px, size_px, px_per_m, one_side)
+        variance[:, 1] += (_SIZE_M * px_per_m) ** 2
+        return edge_mixing(seen), self.focal_px**2 / variance
 
     def turned(self, turn_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forward and port (n, 3) after a clockwise turn (n,)."""
@@ -191,13 +173,6 @@ def _solve(problem: _Problem) -> _Solution:
     covariance[:, :3, 3:] = -gain @ shared_covariance
     covariance[:, 3:, :3] = np.swapaxes(covariance[:, :3, 3:], 1, 2)
     return _Solution(own, shared, covariance)
-
-
-def _prior_covariance(state: VesselState) -> FloatArray:
-    """Return the covariance (3, 3) of east, north (m) and heading (rad) as AIS has them."""
-    east, east_north, north = state.position_covariance_m2
-    heading = radians(state.heading_sigma_deg) ** 2
-    return np.array([[east, east_north, 0.0], [east_north, north, 0.0], [0.0, 0.0, heading]])
 
 
 def _scale(problem: _Problem, own: FloatArray) -> FloatArray:
@@ -266,22 +241,6 @@ def _linearised(
     by_own = mixed @ np.concatenate([by_place, by_turn[..., None]], axis=2)
     by_shared = mixed @ np.stack([by_level, by_level / per_m, by_right / per_m], axis=2)
     return _times(mixed, gap), by_own, by_shared
-
-
-def _mixing(cut: CutEdges) -> list[list[float]]:
-    """Return how the gaps at the left, right and lower edge make up middle, width and lower edge.
-
-    An edge that is the image's border says nothing; the other side then counts alone, as in the
-    paper, and there is no width.
-    """
-    left, right = float(not cut.left), float(not cut.right)
-    sides = max(1.0, left + right)
-    both = left * right
-    return [
-        [left / sides, right / sides, 0.0],
-        [both, -both, 0.0],
-        [0.0, 0.0, float(not cut.bottom)],
-    ]
 
 
 def _centred(detection: Detection) -> Detection:
