@@ -12,6 +12,7 @@ from app.calibration.schemas import BoardIn
 from app.calibration.uploads import take_in
 from app.config import Settings
 from app.db import Database
+from app.edits import flush_edit
 from app.jobs import JobClient
 from app.sites import actions as sites
 from app.storage import Storage
@@ -70,7 +71,7 @@ def leave_out(
         found = service.photos(session, row.id)
         service.check_solvable(row, found, numbers)
         service.keep_solution(row, found, left_out, lens)
-        service.flush(session)
+        flush_edit(session)
         site_id, named = row.camera.site_id, sorted(left_out)
         record(session, access, "solve", "calibration", row.id, site_id, left_out=named)
 

@@ -10,14 +10,14 @@ from collections.abc import Container, Sequence
 
 import numpy as np
 from sqlalchemy.orm import Session
-from sqlalchemy.orm.exc import StaleDataError
 
 from app.calibration import repository
 from app.calibration.schemas import BoardIn
 from app.calibration.uploads import Taken
 from app.db import now
 from app.domain.calibration import Board, LensSolution, solve_lens
-from app.errors import Conflict, FieldError, Invalid, NotFound, PreconditionFailed
+from app.edits import flush_edit
+from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.jobs import JobClient, JobQueue
 from app.paging import Paging
 from app.registration.conversion import intrinsics_of, intrinsics_to_json
@@ -221,7 +221,7 @@ def activate(session: Session, row: CameraCalibration, user_id: int | None) -> N
     for name in ("fx_px", "fy_px", "cx_px", "cy_px", "distortion"):
         setattr(camera, name, row.intrinsics[name])
     row.activated_at, row.activated_by_id = now(), user_id
-    flush(session)
+    flush_edit(session)
 
 
 def _keep_present(session: Session, camera: Camera) -> None:
@@ -240,16 +240,6 @@ def _keep_present(session: Session, camera: Camera) -> None:
             activated_at=camera.created_at,
         )
     )
-
-
-def flush(session: Session) -> None:
-    """Write what changed. Raises PreconditionFailed when somebody else changed it too."""
-    try:
-        session.flush()
-    except StaleDataError as error:
-        raise PreconditionFailed(
-            "somebody else changed it meanwhile; read it again, then repeat the edit"
-        ) from error
 
 
 def mark(

@@ -10,13 +10,13 @@ from sqlalchemy.orm import Session
 from app.addresses import AddressError, resolve
 from app.config import Settings
 from app.db import now
+from app.edits import flush_named
 from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.feeds import repository
 from app.feeds.accounts import empty_account, settled
 from app.feeds.condition import FeedView, view_of
 from app.feeds.schemas import FeedIn, FeedPatch, check_kind
 from app.paging import Paging
-from app.sites.service import flush_named
 from app.tables.feeds import AisFeed, AisFeedStatus, FeedCondition, FeedKind
 
 LEASE_PREFIX = "feed"

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.deletions import service as deletions
+from app.edits import flush_edit
 from app.errors import looked_up_by
 from app.imports import intake, paths, receiving, service
 from app.imports.intake import Place
@@ -93,7 +94,7 @@ def _require(place: Place, access: Access, import_id: int) -> None:
 def set_times(session: Session, access: Access, row: ImageImport, times: TimeSettings) -> None:
     """Choose how a batch's files tell their times."""
     service.set_times(row, times)
-    service.flush(session)
+    flush_edit(session)
     details = times.model_dump(mode="json")
     record(session, access, "set times", "import", row.id, row.site_id, **details)
 

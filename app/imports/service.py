@@ -13,10 +13,10 @@ from functools import partial
 from typing import Any
 
 from sqlalchemy.orm import Session
-from sqlalchemy.orm.exc import StaleDataError
 
 from app.db import now
-from app.errors import Conflict, Invalid, NotFound, PreconditionFailed
+from app.edits import flush_edit
+from app.errors import Conflict, Invalid, NotFound
 from app.imagery.names import tidy
 from app.imagery.true_time import corrected_times
 from app.imports import repository, states
@@ -209,7 +209,7 @@ def commit(session: Session, row: ImageImport, made: Preview, *, leave_out_waiti
     repository.release_files(session, row.id)
     row.status, row.committed_at = status, now()
     row.image_count = repository.count_images(session, row)
-    flush(session)
+    flush_edit(session)
 
 
 def _image(row: ImageImport, item: Ready) -> dict[str, Any]:
@@ -244,7 +244,7 @@ def discard(session: Session, row: ImageImport) -> set[str]:
     row.status = states.after(row.status, Act.DISCARD)
     stored = repository.contents(session, row.id)
     repository.forget_files(session, row.id)
-    flush(session)
+    flush_edit(session)
     return stored
 
 
@@ -264,7 +264,7 @@ def undo(session: Session, row: ImageImport) -> int:
     """Delete all images of a batch; returns how many. They can be restored for 30 days."""
     row.status, row.undone_at = states.after(row.status, Act.UNDO), now()
     count = repository.hide_images(session, row, row.undone_at)
-    flush(session)
+    flush_edit(session)
     return count
 
 
@@ -275,7 +275,7 @@ def restore(session: Session, row: ImageImport) -> int:
         raise Conflict("it was undone more than 30 days ago, and its images are gone; import anew")
     count = repository.show_images(session, row)
     row.status, row.undone_at = status, None
-    flush(session)
+    flush_edit(session)
     return count
 
 
@@ -310,7 +310,7 @@ def move(session: Session, row: ImageImport, target: Camera) -> int:
         ],
     )
     row.image_count = repository.count_images(session, row)
-    flush(session)
+    flush_edit(session)
     session.refresh(row, ["camera"])
     return len(images)
 
@@ -329,13 +329,3 @@ def _moved(image: Image, target: Camera) -> dict[str, Any]:
     )
     own = {"site_id": target.site_id, "camera_id": target.id}
     return {name: getattr(image, name) for name in kept} | own
-
-
-def flush(session: Session) -> None:
-    """Write what changed. Raises PreconditionFailed when somebody else changed it too."""
-    try:
-        session.flush()
-    except StaleDataError as error:
-        raise PreconditionFailed(
-            "somebody else changed it meanwhile; read it again, then repeat the edit"
-        ) from error

@@ -7,13 +7,12 @@ registrations stay as they were solved.
 from collections.abc import Container, Sequence
 from dataclasses import dataclass
 
-import sqlalchemy as sa
 from sqlalchemy.orm import Session
-from sqlalchemy.orm.exc import StaleDataError
 
 from app.auth.access import Access, Scope
 from app.auth.audit import record
-from app.errors import Conflict, FieldError, Invalid, NotFound, PreconditionFailed
+from app.edits import flush_named
+from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.paging import Paging
 from app.registration import repository
 from app.registration.landmark_schemas import LandmarkIn, LandmarkPatch
@@ -168,12 +167,4 @@ def _require_near(site: Site, place: tuple[float, float, float]) -> None:
 
 
 def _flush(session: Session, name: str) -> None:
-    try:
-        session.flush()
-    except sa.exc.IntegrityError as error:
-        taken = f"this site already has a landmark named {name!r}"
-        raise Conflict(taken, fields=(FieldError("name", taken),)) from error
-    except StaleDataError as error:
-        raise PreconditionFailed(
-            "somebody else changed it meanwhile; read it again, then repeat the edit"
-        ) from error
+    flush_named(session, f"this site already has a landmark named {name!r}")

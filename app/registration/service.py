@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 from app.db import Database
 from app.domain.camera import Camera
 from app.domain.geodesy import EnuFrame
+from app.edits import flush_named
 from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.imagery import service as imagery
 from app.paging import Paging
@@ -17,7 +18,6 @@ from app.registration.schemas import KeypointsIn, RegistrationIn, ViewportIn, Vi
 from app.registration.solving import Problem, solve
 from app.sites import service as sites
 from app.sites.fields import in_zone
-from app.sites.service import flush_named
 from app.tables.registration import Keypoint, Registration
 from app.tables.sites import Camera as CameraRow
 from app.tables.sites import Viewport

@@ -6,11 +6,10 @@ what its photographs were checked against; both stay as they are once something 
 
 from collections.abc import Iterable, Sequence
 
-import sqlalchemy as sa
 from sqlalchemy.orm import Session
-from sqlalchemy.orm.exc import StaleDataError
 
-from app.errors import Conflict, FieldError, NotFound, PreconditionFailed
+from app.edits import flush_named
+from app.errors import Conflict, FieldError, NotFound
 from app.paging import Paging
 from app.sites import repository
 from app.sites.repository import SiteCounts
@@ -145,18 +144,6 @@ def update_camera(session: Session, camera: Camera, data: CameraPatch) -> Camera
             setattr(camera, field, value)
     flush_named(session, f"this site already has a camera named {camera.name!r}")
     return camera
-
-
-def flush_named(session: Session, taken: str) -> None:
-    """Write what changed. Raises Conflict with `taken` for a name in use, PreconditionFailed."""
-    try:
-        session.flush()
-    except sa.exc.IntegrityError as error:
-        raise Conflict(taken, fields=(FieldError("name", taken),)) from error
-    except StaleDataError as error:
-        raise PreconditionFailed(
-            "somebody else changed it meanwhile; read it again, then repeat the edit"
-        ) from error
 
 
 def lock_camera(session: Session, camera_id: int) -> None:
