@@ -5,28 +5,15 @@ raises one, and importing stays fast. A position costs four steps in an index.
 """
 
 from collections.abc import Iterable, Iterator
-from datetime import datetime
-from typing import Any, NamedTuple
+from typing import Any
 
 from sqlalchemy.orm import Session
 
 from app.ais import doubt_repository
 from app.ais.report_repository import Readable
-from app.domain.plausibility import NEIGHBOURS, Doubt, doubts
+from app.domain.plausibility import NEIGHBOURS, Doubt, ReportedFix, doubts
 
 _AT_ONCE = 500  # ids of a statement: databases bound their number
-
-
-class StoredFix(NamedTuple):
-    """What of a stored position its plausibility depends on."""
-
-    id: int
-    mmsi: int
-    fix_time: datetime
-    lat_deg: float
-    lon_deg: float
-    sog_kn: float | None
-    fix_time_source: str
 
 
 def doubts_of(session: Session, readable: Readable, ids: Iterable[int]) -> dict[int, list[Doubt]]:
@@ -49,11 +36,11 @@ def doubts_of(session: Session, readable: Readable, ids: Iterable[int]) -> dict[
     return found
 
 
-def _fixes(session: Session, rows: Iterable[tuple[Any, ...]]) -> dict[int, StoredFix]:
+def _fixes(session: Session, rows: Iterable[tuple[Any, ...]]) -> dict[int, ReportedFix]:
     """Read positions and neighbours, each once."""
     wanted = {identifier for row in rows for identifier in row[:-2] if identifier is not None}
     return {
-        row[0]: StoredFix(*row)
+        row[0]: ReportedFix(*row[1:])
         for part in _parts(wanted)
         for row in doubt_repository.fix_rows(session, part)
     }

@@ -6,27 +6,14 @@ could have made them. Only the reports around the others are judged by the domai
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime, timedelta
 from itertools import pairwise
 
 from app.ais.thinning import METRES_PER_DEG, Fix
 from app.domain.ais import MPS_PER_KN
-from app.domain.plausibility import FASTEST_KN, NEIGHBOURS, Doubt, doubts
+from app.domain.plausibility import FASTEST_KN, NEIGHBOURS, Doubt, ReportedFix, doubts
 
 _SLOWLY_DEG_S = FASTEST_KN * MPS_PER_KN / METRES_PER_DEG
-
-
-@dataclass(frozen=True, slots=True)
-class _Reported:
-    """A fix as the rules take it."""
-
-    mmsi: int
-    fix_time: datetime
-    lat_deg: float
-    lon_deg: float
-    sog_kn: float | None
-    fix_time_source: str
 
 
 def doubts_of(mmsi: int, fixes: Sequence[Fix], start: datetime) -> list[Doubt]:
@@ -69,6 +56,6 @@ def _too_fast(fix: Fix) -> bool:
     return fix.sog_kn is not None and fix.sog_kn > FASTEST_KN
 
 
-def _reported(mmsi: int, fix: Fix, start: datetime) -> _Reported:
+def _reported(mmsi: int, fix: Fix, start: datetime) -> ReportedFix:
     moment = start + timedelta(seconds=fix.time_s)
-    return _Reported(mmsi, moment, fix.lat_deg, fix.lon_deg, fix.sog_kn, fix.source)
+    return ReportedFix(mmsi, moment, fix.lat_deg, fix.lon_deg, fix.sog_kn, fix.source)

@@ -14,7 +14,7 @@ from datetime import datetime
 from enum import StrEnum
 from itertools import pairwise
 from math import asin, cos, radians, sin, sqrt
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from app.domain.ais import MPS_PER_KN, FixTimeSource
 
@@ -58,6 +58,17 @@ class Fix(Protocol):
     def sog_kn(self) -> float | None: ...  # noqa: D102  as in PositionReport
     @property
     def fix_time_source(self) -> str: ...  # noqa: D102  as in PositionReport
+
+
+class ReportedFix(NamedTuple):
+    """A fix of stored reports, in the order of their columns."""
+
+    mmsi: int
+    fix_time: datetime
+    lat_deg: float
+    lon_deg: float
+    sog_kn: float | None
+    fix_time_source: str
 
 
 def doubt_of_one(report: Fix) -> list[Doubt]:
