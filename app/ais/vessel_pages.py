@@ -21,7 +21,7 @@ from app.identities import service as identities
 from app.identities.shown import title_of
 from app.paging import Paging, decode_cursor
 from app.reviews import service as reviews
-from app.reviews.schemas import PoseImage
+from app.reviews.pose_schemas import PoseImage
 from app.tables.ais import AisPosition
 from app.templating import page
 

@@ -24,7 +24,7 @@ from app.guideline.schemas import (
 )
 from app.ids import RowId
 from app.reviews import service as reviews
-from app.reviews.schemas import PoseOut
+from app.reviews.pose_schemas import PoseOut
 from app.runs import service as runs
 from app.tables.practice import CalibrationSet
 

@@ -7,7 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from app.guideline.practice import MOST_POSES, Compared, Judged, Result
 from app.ids import LARGEST_WIDE_ID, RowId
-from app.reviews.schemas import PoseOut, ReviewOut
+from app.reviews.pose_schemas import PoseOut
+from app.reviews.schemas import ReviewOut
 from app.reviews.service import ReviewedPose
 from app.tables.practice import CalibrationSet, PracticeGrade
 from app.tables.reviews import Grade

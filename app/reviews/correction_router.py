@@ -33,8 +33,8 @@ from app.reviews.correction_schemas import (
 )
 from app.reviews.image_schemas import DetectionOut
 from app.reviews.placing import PlacedPose
+from app.reviews.pose_schemas import CorrectionOut, PoseOut, PoseVessel
 from app.reviews.rematching import Scene
-from app.reviews.schemas import CorrectionOut, PoseOut, PoseVessel
 from app.runs import service as runs
 from app.sites import service as sites
 from app.tables.detection import Detection

@@ -12,8 +12,9 @@ from app.identities.shown import Identities, VesselId
 from app.ids import RowId, VesselRef
 from app.reviews.corrections import Spot
 from app.reviews.image_schemas import DetectionOut
+from app.reviews.pose_schemas import CorrectionOut, LocalBox, Pixels
 from app.reviews.rematching import REASONS, Offered, Refused, segment_pixels
-from app.reviews.schemas import CommentText, CorrectionOut, LocalBox, Pixels
+from app.reviews.schemas import CommentText
 
 Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]

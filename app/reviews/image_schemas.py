@@ -7,8 +7,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from app.identities.shown import Identities, VesselId
 from app.ids import RowId
+from app.reviews.pose_schemas import Pixels, PoseImage
 from app.reviews.run_images import ImageOfRun
-from app.reviews.schemas import CommentText, Pixels, PoseImage
+from app.reviews.schemas import CommentText
 from app.tables.ais import Vessel
 from app.tables.detection import Detection
 from app.tables.reviews import ImageCompletion, MissedReason, MissedVessel

@@ -15,6 +15,7 @@ from app.errors import Forbidden, looked_up_by
 from app.ids import RowId
 from app.paging import Page
 from app.reviews import queues, service
+from app.reviews.pose_schemas import PoseImage, PoseOut
 from app.reviews.queue_repository import LeasedItem, OpenQueue
 from app.reviews.queue_schemas import (
     HeldIn,
@@ -27,7 +28,6 @@ from app.reviews.queue_schemas import (
     QueueItemsOut,
     QueueOut,
 )
-from app.reviews.schemas import PoseImage, PoseOut
 from app.runs import service as runs
 from app.tables.queues import QueueUnit, ReviewQueue
 

@@ -7,8 +7,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from app.ids import RowId
 from app.reviews import queues
+from app.reviews.pose_schemas import PoseImage, PoseOut
 from app.reviews.queue_repository import Counts
-from app.reviews.schemas import PoseImage, PoseOut, WideId
+from app.reviews.schemas import WideId
 from app.tables.queues import QueueOrder, QueueUnit, ReviewQueue
 
 MOST_AT_ONCE = 50

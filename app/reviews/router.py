@@ -20,8 +20,8 @@ from app.reviews import (
     queue_router,
     service,
 )
+from app.reviews.pose_schemas import PoseOut
 from app.reviews.repository import PoseFilters
-from app.reviews.schemas import PoseOut
 
 router = APIRouter(tags=["poses and reviews"], route_class=IdempotentRoute)
 
