@@ -65,8 +65,10 @@ def at_site(session: Session, site_id: int | None) -> Identities:
     """
     if site_id is None:
         return everywhere(session).identities
+    if _reader(session).is_trusted(site_id):
+        return _SHOWN
     key = _hiding(session).get(site_id)
-    return _SHOWN if key is None or _reader(session).is_trusted(site_id) else Hidden(key)
+    return _SHOWN if key is None else Hidden(key)
 
 
 def view(session: Session, site_id: int | None) -> View:
@@ -92,6 +94,8 @@ def everywhere(session: Session) -> View:
 def hidden(session: Session) -> frozenset[int]:
     """Return the sites that show pseudonyms to the session's reader."""
     reader = _reader(session)
+    if reader.trusted is None:
+        return frozenset()
     return frozenset(
         site_id
         for site_id in _hiding(session)
