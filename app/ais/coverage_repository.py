@@ -52,7 +52,7 @@ def images(
         .order_by(Image.captured_at, Image.id)
         .limit(most)
     )
-    return rows.tuples().all()
+    return rows.all()
 
 
 def heard(
@@ -71,7 +71,7 @@ def heard(
         .where(visible(AisPosition.site_id, readable), *within(start, end, area))
         .order_by(AisPosition.fix_time)
     )
-    return session.execute(statement.execution_options(yield_per=AT_ONCE)).tuples()
+    return session.execute(statement.execution_options(yield_per=AT_ONCE))
 
 
 def is_anything_heard(session: Session, readable: Readable, start: datetime, end: datetime) -> bool:

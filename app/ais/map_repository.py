@@ -53,7 +53,7 @@ def moving(
         .order_by(AisPosition.fix_time)
         .limit(most)
     )
-    return session.execute(statement.execution_options(yield_per=AT_ONCE)).tuples()
+    return session.execute(statement.execution_options(yield_per=AT_ONCE))
 
 
 def vessels(session: Session, mmsis: Collection[int]) -> Mapping[int, Vessel]:

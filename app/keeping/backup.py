@@ -142,7 +142,7 @@ def _add_files(archive: ArchiveWriter, storage: Storage, sha256s: list[str], tol
 def _add_secret(archive: ArchiveWriter, settings: Settings) -> str | None:
     """Add the secret where it is a file of the installation; one that is given is kept elsewhere.
 
-    Without it a restored installation would give vessels other pseudonyms.
+    Without it a restored installation would not know repeated requests again.
     """
     if settings.secret_key.get_secret_value():
         return None

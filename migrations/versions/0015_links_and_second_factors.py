@@ -13,19 +13,22 @@ branch_labels = None
 depends_on = None
 
 MOMENT = sa.DateTime(timezone=True)
-ADDED = {
-    "users": (
-        sa.Column("removed_at", MOMENT, nullable=True),
-        sa.Column("totp_secret", sa.String(64), nullable=True),
-        sa.Column("totp_last_step", sa.BigInteger(), nullable=True),
-        sa.Column("totp_required", sa.Boolean(), server_default=sa.false(), nullable=False),
-    ),
-    "login_sessions": (
-        sa.Column("awaits_code", sa.Boolean(), server_default=sa.false(), nullable=False),
-        sa.Column("user_agent", sa.String(200), server_default="", nullable=False),
-        sa.Column("address", sa.String(64), server_default="", nullable=False),
-    ),
-}
+
+
+def _added() -> dict[str, tuple[sa.Column[object], ...]]:
+    return {
+        "users": (
+            sa.Column("removed_at", MOMENT, nullable=True),
+            sa.Column("totp_secret", sa.String(64), nullable=True),
+            sa.Column("totp_last_step", sa.BigInteger(), nullable=True),
+            sa.Column("totp_required", sa.Boolean(), server_default=sa.false(), nullable=False),
+        ),
+        "login_sessions": (
+            sa.Column("awaits_code", sa.Boolean(), server_default=sa.false(), nullable=False),
+            sa.Column("user_agent", sa.String(200), server_default="", nullable=False),
+            sa.Column("address", sa.String(64), server_default="", nullable=False),
+        ),
+    }
 
 
 def _choice(name: str, *values: str) -> sa.Enum:
@@ -33,9 +36,9 @@ def _choice(name: str, *values: str) -> sa.Enum:
 
 
 def upgrade() -> None:
-    for table, columns in ADDED.items():
+    for table, columns in _added().items():
         for column in columns:
-            op.add_column(table, column.copy())
+            op.add_column(table, column)
     op.create_table(
         "account_links",
         sa.Column("id", sa.Integer(), nullable=False),
@@ -100,6 +103,6 @@ def upgrade() -> None:
 def downgrade() -> None:
     for name in ("file_findings", "recovery_codes", "account_links"):
         op.drop_table(name)
-    for table, columns in ADDED.items():
+    for table, columns in _added().items():
         for column in reversed(columns):
             op.drop_column(table, column.name)
