@@ -141,6 +141,8 @@ def _environment() -> Environment:
 def _navigation(access: Access, path: str) -> list[NavItem]:
     if path.startswith(OF_SITES):
         path = "/sites"
+    elif path.startswith("/admin/"):
+        path = "/admin/users"
     return [
         NavItem(label, href, path == href or path.startswith(f"{href}/"))
         for label, href, scope in NAVIGATION

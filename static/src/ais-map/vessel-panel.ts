@@ -18,7 +18,7 @@ export class VesselPanel {
   private readonly list: HTMLElement;
   private readonly count: HTMLElement;
   private readonly chosen: HTMLElement;
-  private listed = "";
+  private listed: readonly (Track | null)[] = [];
 
   constructor(
     root: HTMLElement,
@@ -35,11 +35,12 @@ export class VesselPanel {
     const more = sorted.length - shown.length;
     this.count.textContent =
       `${number(present.length)} in sight` + (more > 0 ? `, the first ${MOST_LISTED} listed` : "");
-    const key = `${shown.map(({ track }) => track.id).join(" ")} ${chosen?.id ?? ""}`;
-    if (key === this.listed) {
+    // By the tracks themselves: what comes later is joined to new ones, with more flags perhaps.
+    const listed = [chosen, ...shown.map(({ track }) => track)];
+    if (listed.length === this.listed.length && listed.every((one, i) => one === this.listed[i])) {
       return;
     }
-    this.listed = key;
+    this.listed = listed;
     const focused = (document.activeElement as HTMLElement | null)?.dataset["vessel"];
     this.list.replaceChildren(...shown.map(({ track }) => this.line(track, track === chosen)));
     if (focused !== undefined) {
