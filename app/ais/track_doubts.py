@@ -1,5 +1,8 @@
 """What is hard to believe of a vessel in a stretch of time, found without judging every report.
 
+A few late reports are no doubt of a vessel: every receiver has them. Only a clock that contradicts
+most of its reports is.
+
 Nearly all steps of nearly all tracks are plausible at a glance: shorter than the fastest craft
 could have made them. Only the reports around the others are judged by the domain's rules.
 """
@@ -11,8 +14,9 @@ from itertools import pairwise
 
 from app.ais.thinning import METRES_PER_DEG, Fix
 from app.domain.ais import MPS_PER_KN
-from app.domain.plausibility import FASTEST_KN, NEIGHBOURS, Doubt, ReportedFix, doubts
+from app.domain.plausibility import FASTEST_KN, NEIGHBOURS, Doubt, ReportedFix, clock_is_off, doubts
 
+_FEWEST = 3  # of one or two reports, late ones may well be the most
 _SLOWLY_DEG_S = FASTEST_KN * MPS_PER_KN / METRES_PER_DEG
 
 
@@ -38,6 +42,9 @@ def doubts_of(mmsi: int, fixes: Sequence[Fix], start: datetime) -> list[Doubt]:
         before = [reports[at] for at in range(index - NEIGHBOURS, index) if at in reports]
         after = [reports[at] for at in range(index + 1, index + 1 + NEIGHBOURS) if at in reports]
         found.update(doubts(reports[index], before, after))
+    found.discard(Doubt.DOUBTFUL_TIME)
+    if len(fixes) >= _FEWEST and clock_is_off(fix.source for fix in fixes):
+        found.add(Doubt.DOUBTFUL_TIME)
     return [doubt for doubt in Doubt if doubt in found]
 
 

@@ -20,7 +20,7 @@ from math import cos, radians, sin
 from operator import attrgetter
 
 from app.domain.ais import AUXILIARY_MMSI, MPS_PER_KN, PositionReport, StaticReport
-from app.domain.plausibility import Doubt, doubt_of_one
+from app.domain.plausibility import Doubt, doubt_of_one, timely
 from app.domain.track_headings import Heading, heading_at, reported
 from app.domain.track_places import Place, along_course, as_reported, between
 from app.domain.vessel_state import HeadingSource, StateFlag, TrackMethod, VesselState
@@ -60,7 +60,8 @@ def state_at(
     """Return the state of one vessel at a moment, or the reason why there is none.
 
     Args:
-        reports: the vessel's positions around the moment, in any order; one MMSI only.
+        reports: the vessel's positions around the moment, in any order; one MMSI only. Late ones
+            among others in time count only where the others do not suffice.
         statics: its static reports, in any order.
         at: the moment of the image, aware.
         settings: method and limits.
@@ -72,6 +73,19 @@ def state_at(
     """
     if len({report.mmsi for report in reports}) > 1:
         raise ValueError("reports of several MMSI: a state is one vessel's, group them first")
+    kept = timely(reports)
+    found = _state_from(kept, statics, at, settings)
+    if isinstance(found, NoState) and len(kept) < len(reports):
+        return _state_from(reports, statics, at, settings)
+    return found
+
+
+def _state_from(
+    reports: Sequence[PositionReport],
+    statics: Sequence[StaticReport],
+    at: datetime,
+    settings: TrackSettings,
+) -> VesselState | NoState:
     ordered = sorted(reports, key=_ORDER)
     count_before = bisect_right(ordered, at, key=_FIX_TIME)
     before, after = ordered[:count_before], ordered[count_before:]

@@ -10,7 +10,7 @@ const FLAGS: Readonly<Record<string, string>> = {
   two_places: "one number in two places",
   impossible_speed: "impossible speed",
   far_away: "far away",
-  doubtful_time: "doubtful time",
+  doubtful_time: "its clock is off",
   receiver_clock: "receiver's clock is off",
 };
 

@@ -91,3 +91,13 @@ def test_two_vessels_under_one_number_are_found() -> None:
         for at, fix in enumerate(straight(30))
     ]
     assert Doubt.TWO_PLACES in doubts_of(211000001, turns, START)
+
+
+def test_a_few_late_reports_are_no_doubt_of_a_vessel() -> None:
+    """Every receiver has late reports: only a clock that is mostly wrong is worth a word."""
+    calm = straight(30)
+    late = [fix._replace(source="doubtful") if at % 5 == 0 else fix for at, fix in enumerate(calm)]
+    wrong = [fix._replace(source="doubtful") if at % 5 else fix for at, fix in enumerate(calm)]
+    assert doubts_of(211000001, late, START) == []
+    assert doubts_of(211000001, wrong, START) == [Doubt.DOUBTFUL_TIME]
+    assert doubts_of(211000001, wrong[1:3], START) == []

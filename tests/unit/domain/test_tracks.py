@@ -233,6 +233,17 @@ def test_an_unsteady_vessel_is_foretold_less_surely() -> None:
         assert unsure.position_sigma_m > 2 * sure.position_sigma_m
 
 
+def test_a_late_report_counts_only_where_nothing_else_is_known() -> None:
+    """Nobody knows of when its place is, unless all of a vessel's reports are such."""
+    late = after(8, fix_time_source=FixTimeSource.DOUBTFUL, lat_deg=53.55, report_id=9)
+    assert state([after(-10), REPORT, late], 9.0).report_ids == (7,)
+    assert state([after(-70), REPORT, late], 65.0).report_ids == (9,)
+    lagging = [replace(REPORT, fix_time_source=FixTimeSource.DOUBTFUL), late]
+    found = state(lagging, 9.0)
+    assert found.report_ids == (9,)
+    assert "doubtful_time" in found.flags
+
+
 def test_hermite_without_a_later_report_goes_along_the_course() -> None:
     """With nothing after the image, or too far after it, the course carries the vessel on."""
     expected = state([REPORT], 10, COURSE)
