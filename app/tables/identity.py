@@ -72,6 +72,7 @@ class LoginSession(Base):
     """A browser that is signed in; only the SHA-256 of its opaque cookie is kept.
 
     One that `awaits_code` knows the password and not yet the second factor: it stands for nobody.
+    `factor_shown` says that the identity provider has asked for the second factor, not we.
     """
 
     __tablename__ = "login_sessions"
@@ -82,8 +83,30 @@ class LoginSession(Base):
     created_at: Mapped[datetime] = mapped_column(default=now)
     expires_at: Mapped[datetime]
     awaits_code: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
+    factor_shown: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
     user_agent: Mapped[str] = mapped_column(sa.String(200), default="", server_default="")
     address: Mapped[str] = mapped_column(sa.String(64), default="", server_default="")
+
+
+class ProviderIdentity(Base):
+    """Who a person is to an identity provider (OpenID Connect): one identity is one person's.
+
+    `subject` is the provider's own name for them, which lasts; an address may go to another.
+    """
+
+    __tablename__ = "provider_identities"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    user_id: Mapped[int] = mapped_column(sa.ForeignKey("users.id", ondelete="CASCADE"), index=True)
+    issuer: Mapped[str] = mapped_column(sa.String(500))
+    subject: Mapped[str] = mapped_column(sa.String(255))
+    created_at: Mapped[datetime] = mapped_column(default=now)
+    last_used_at: Mapped[datetime] = mapped_column(default=now)
+
+    __table_args__ = (
+        sa.UniqueConstraint("issuer", "subject"),
+        sa.UniqueConstraint("user_id", "issuer"),
+    )
 
 
 class LinkKind(StrEnum):
@@ -97,6 +120,7 @@ class AccountLink(Base):
     """A link that works once and for a while; only the SHA-256 of its token is kept.
 
     An invitation carries address and role of somebody to come, a reset the person it is for.
+    What is sent by mail is a token of its own: made as the mail is sent, it waits in no job.
     """
 
     __tablename__ = "account_links"
@@ -104,6 +128,7 @@ class AccountLink(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     kind: Mapped[LinkKind] = mapped_column(enum_type(LinkKind))
     token_sha256: Mapped[str] = mapped_column(sa.String(64), unique=True)
+    mailed_sha256: Mapped[str | None] = mapped_column(sa.String(64), index=True, unique=True)
     user_id: Mapped[int | None] = mapped_column(
         sa.ForeignKey("users.id", ondelete="CASCADE"), index=True
     )

@@ -36,6 +36,7 @@ from tests.postgres import PostgresCluster
 
 TIMES = 20
 NAMED_AFTER_OTHER_BYTES = {
+    "account_links.mailed_sha256",
     "account_links.token_sha256",
     "recovery_codes.code_sha256",
     "file_findings.sha256",  # of a file that another row names
