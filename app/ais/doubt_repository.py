@@ -1,6 +1,7 @@
 """Reading what a position is judged by: its vessel's reports around it, and where it was heard."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import sqlalchemy as sa
@@ -20,6 +21,8 @@ FIX_COLUMNS = (
     AisPosition.sog_kn,
     AisPosition.fix_time_source,
 )
+_IDS: sa.BindParameter[list[int]] = sa.bindparam("ids", expanding=True)
+_FIXES = sa.select(*FIX_COLUMNS).where(AisPosition.id.in_(_IDS))
 _Other = aliased(AisPosition)
 _UNFINISHED = sa.select(AisFile.id).where(~AisFile.is_whole)
 
@@ -31,20 +34,23 @@ def neighbour_rows(
 
     Each neighbour is one step in the index of vessels' times, however long their tracks are.
     """
-    before = [_neighbour(readable, steps, earlier=True) for steps in range(NEIGHBOURS)]
-    after = [_neighbour(readable, steps, earlier=False) for steps in range(NEIGHBOURS)]
-    statement = (
-        sa.select(AisPosition.id, *before[::-1], *after, Site.origin_lat_deg, Site.origin_lon_deg)
-        .outerjoin(Site, Site.id == AisPosition.site_id)
-        .where(AisPosition.id.in_(ids))
-    )
-    return [tuple(row) for row in session.execute(statement)]
+    return [tuple(row) for row in session.execute(_neighbours(readable), {"ids": ids})]
 
 
 def fix_rows(session: Session, ids: Sequence[int]) -> Sequence[tuple[Any, ...]]:
     """Return `FIX_COLUMNS` of positions."""
-    statement = sa.select(*FIX_COLUMNS).where(AisPosition.id.in_(ids))
-    return [tuple(row) for row in session.execute(statement)]
+    return [tuple(row) for row in session.execute(_FIXES, {"ids": ids})]
+
+
+@lru_cache(maxsize=256)  # making it takes longer than executing it
+def _neighbours(readable: Readable) -> sa.Executable:
+    before = [_neighbour(readable, steps, earlier=True) for steps in range(NEIGHBOURS)]
+    after = [_neighbour(readable, steps, earlier=False) for steps in range(NEIGHBOURS)]
+    return (
+        sa.select(AisPosition.id, *before[::-1], *after, Site.origin_lat_deg, Site.origin_lon_deg)
+        .outerjoin(Site, Site.id == AisPosition.site_id)
+        .where(AisPosition.id.in_(_IDS))
+    )
 
 
 def _neighbour(readable: Readable, steps: int, *, earlier: bool) -> sa.ScalarSelect[int]:
