@@ -19,23 +19,21 @@ from math import lgamma, log, pi, radians
 import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray, IntArray
-from app.domain.borders import cut_edges
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
-from app.domain.detection import HALF_PIXEL, Detection
-from app.domain.edge_evidence import edge_mixing, edge_variance_px2
+from app.domain.detection import Detection
+from app.domain.edge_evidence import edge_mixing
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import HullEdges
+from app.domain.seen_boxes import Scene, SeenBoxes
 
 ROUNDS = 3
-_UNKNOWN_SIZE_SHARE = 0.25  # where AIS gives no size, the middle may be anywhere near the middle
 # AIS errs more often by several sigmas than a normal distribution has it: Student's t.
 _FREEDOM = 6.0
-# A detection that is no vessel with AIS: anywhere on the water, of a size of 5 to 200 m.
-_WATER_SHARE = 0.5  # of the image's height
-_SIZES = log(40.0)
 _HOPELESS_SIGMAS = 10.0
 _SUSPICIOUS_SIGMAS = 2.0
+_ODDS_OF_UNIT = log(0.05)  # that boxes side by side are one unit
+_SURE_ODDS = 6.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,19 +69,16 @@ class Odds:
 
 @dataclass(frozen=True, slots=True)
 class LikelyPair:
-    """A detection and a candidate of an image (positions in the lists given), with their odds."""
+    """A detection and a candidate of an image (positions in the lists given), with their odds.
+
+    `box` is the detection's own, or that around all hulls of a unit, of which `detection` is the
+    one with the antenna.
+    """
 
     detection: int
     candidate: int
     cost: Odds
-
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """What is to be matched in one image: detections that take part, and the candidates."""
-
-    detections: Sequence[Detection]
-    candidates: Sequence[Candidate]
+    box: Detection
 
 
 def match_by_likelihood(
@@ -102,10 +97,12 @@ def match_by_likelihood(
     shared, covariance = np.zeros(3), prior
     for _ in range(ROUNDS):
         judged = _judge(pairing, shared, covariance)
-        taken = _assigned(pairing, judged.gain, settings)
+        taken = _assigned(pairing, judged.gain)
         shared, covariance = _shared(pairing, taken, shared, covariance, np.linalg.inv(prior))
     for index in taken:
-        chosen[pairing.scene[index]].append(_pair(pairing, judged, int(index), settings))
+        scene = scenes[pairing.scene[index]]
+        pair = _pair(pairing, judged, int(index), scene, camera)
+        chosen[pairing.scene[index]].append(pair)
     return [sorted(pairs, key=lambda pair: pair.detection) for pairs in chosen]
 
 
@@ -113,14 +110,17 @@ def match_by_likelihood(
 class _Pairing:
     """All p pairs worth a thought: where each belongs, and its evidence in pixels.
 
+    `row` (p,) counts the boxes of all images, `prior` (p,) is the log odds of the pair before
+    looking.
     Evidence (p, 3) are middle, width and lower edge, `used` (p, 3) which of them count;
     `own_covariance` (p, 3, 3) is that of AIS state, hull and detection together, `by_shared`
     (p, 3, 3) the slopes by water level, pitch and yaw, `background` (p,) the log density of the
     evidence where the detection is no vessel with AIS.
     """
 
+    boxes: SeenBoxes
     scene: IntArray
-    detection: IntArray
+    row: IntArray
     candidate: IntArray
     vessel: Sequence[str]
     residual: FloatArray
@@ -128,28 +128,26 @@ class _Pairing:
     own_covariance: FloatArray
     by_shared: FloatArray
     background: FloatArray
+    prior: FloatArray
 
     @classmethod
     def of(
         cls, camera: Camera, scenes: Sequence[Scene], settings: FusionSettings
     ) -> "_Pairing | None":
-        rows = [
-            (number, index, detection)
-            for number, scene in enumerate(scenes)
-            for index, detection in enumerate(scene.detections)
-            if detection.score >= settings.score_threshold
-        ]
+        boxes = SeenBoxes.of(scenes, camera, settings)
         columns = [
             (number, index, candidate)
             for number, scene in enumerate(scenes)
             for index, candidate in enumerate(scene.candidates)
         ]
-        if not rows or not columns:
+        if not boxes.all or not columns:
             return None
         hulls = HullEdges.of(camera, [candidate for _, _, candidate in columns])
-        boxes = _Boxes.of([detection for _, _, detection in rows], camera, settings)
-        of_row, of_column = (np.array([one[0] for one in ends]) for ends in (rows, columns))
+        of_column = np.array([number for number, _, _ in columns])
+        of_row = boxes.scene
         row, column = np.nonzero(of_row[:, None] == of_column)
+        in_order = np.argsort(of_row[row], kind="stable")
+        row, column = row[in_order], column[in_order]
         near = _near(boxes, hulls, row, column, settings.rotation_sigma_deg)
         row, column = row[near], column[near]
         if not len(row):
@@ -161,8 +159,9 @@ class _Pairing:
         own = mixing @ hulls.covariance_px2[column] @ swapped
         own[:, range(3), range(3)] += noise
         return cls(
+            boxes=boxes,
             scene=of_row[row],
-            detection=np.array([index for _, index, _ in rows])[row],
+            row=row,
             candidate=np.array([index for _, index, _ in columns])[column],
             vessel=[columns[index][2].state.identifier for index in column],
             residual=(mixing @ (boxes.edges_px[row] - hulls.edges_px[column])[..., None])[..., 0],
@@ -170,56 +169,12 @@ class _Pairing:
             own_covariance=own,
             by_shared=mixing @ hulls.by_shared[column],
             background=boxes.background(camera, row, used),
+            prior=_odds_of_pairs(settings) + np.where(boxes.is_unit[row], _ODDS_OF_UNIT, 0.0),
         )
-
-
-@dataclass(frozen=True, eq=False)
-class _Boxes:
-    """Detections as arrays: left, right, lower edges (n, 3), sizes (n, 2), which are cut (n, 3)."""
-
-    edges_px: FloatArray
-    size_px: FloatArray
-    cut: BoolArray
-    edge_sigma_px: float
-
-    @classmethod
-    def of(
-        cls, detections: Sequence[Detection], camera: Camera, settings: FusionSettings
-    ) -> "_Boxes":
-        edges = np.array([(d.x1_px, d.x2_px, d.y2_px) for d in detections]) - HALF_PIXEL
-        cuts = [cut_edges(d, camera.intrinsics, settings.border_tolerance_px) for d in detections]
-        return cls(
-            edges_px=edges,
-            size_px=np.array([(d.x2_px - d.x1_px, d.y2_px - d.y1_px) for d in detections]),
-            cut=np.array([(cut.left, cut.right, cut.bottom) for cut in cuts]),
-            edge_sigma_px=settings.box_sigma_px,
-        )
-
-    def variance(self, hulls: HullEdges, row: IntArray, column: IntArray) -> FloatArray:
-        """Return the variances (p, 3) of middle, width and lower edge, px^2."""
-        one_side = self.cut[row, 0] | self.cut[row, 1]
-        variance = edge_variance_px2(
-            self.edge_sigma_px, self.size_px[row], hulls.px_per_m[column], one_side
-        )
-        unsized = ~hulls.has_size[column]
-        variance[unsized, 0] += (_UNKNOWN_SIZE_SHARE * self.size_px[row[unsized], 0]) ** 2
-        return variance
-
-    def background(self, camera: Camera, row: IntArray, used: BoolArray) -> FloatArray:
-        """Return the log density (p,) of the evidence where there is no vessel with AIS."""
-        image = camera.intrinsics
-        spread = np.column_stack(
-            [
-                np.full(len(row), log(image.width_px)),
-                np.log(np.maximum(self.size_px[row, 0], 1.0) * _SIZES),
-                np.full(len(row), log(_WATER_SHARE * image.height_px)),
-            ]
-        )
-        return np.asarray(-(spread * used).sum(axis=1))
 
 
 def _near(
-    boxes: _Boxes, hulls: HullEdges, row: IntArray, column: IntArray, rotation_sigma_deg: float
+    boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray, rotation_sigma_deg: float
 ) -> BoolArray:
     """Return which pairs (p,) overlap sideways within ten sigmas: the others are hopeless."""
     sigma = np.sqrt(hulls.covariance_px2[column][:, [0, 1], [0, 1]])
@@ -231,7 +186,7 @@ def _near(
 
 
 def _mixing(
-    boxes: _Boxes, hulls: HullEdges, row: IntArray, column: IntArray
+    boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray
 ) -> tuple[FloatArray, BoolArray]:
     """Return how edges make up middle, width and lower edge (p, 3, 3), and which count (p, 3).
 
@@ -275,27 +230,53 @@ _STUDENT = np.array(
 )
 
 
-def _assigned(pairing: _Pairing, gain: FloatArray, settings: FusionSettings) -> IntArray:
+def _assigned(pairing: _Pairing, gain: FloatArray) -> IntArray:
     """Return the pairs, by index, of the most probable explanation of each image."""
-    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - keeps the web process small
-
-    worth = gain + _odds_of_pairs(settings)
+    worth = gain + pairing.prior
     taken = []
     ends = np.flatnonzero(np.diff(pairing.scene, append=-1)) + 1
     for first, last in zip([0, *ends[:-1]], ends, strict=True):
         # A pair is worth making where it beats both of its ends being left alone.
         good = first + np.flatnonzero(worth[first:last] > 0)
-        if not len(good):
-            continue
-        rows, row = np.unique(pairing.detection[good], return_inverse=True)
-        columns, column = np.unique(pairing.candidate[good], return_inverse=True)
-        matrix = np.zeros((len(rows), len(columns)))
-        matrix[row, column] = -worth[good]
-        number = np.full(matrix.shape, -1)
-        number[row, column] = good
-        found = number[linear_sum_assignment(matrix)]
-        taken.append(found[found >= 0])
+        if len(good):
+            taken.append(_explained(pairing, worth, good))
     return np.concatenate(taken) if taken else np.zeros(0, dtype=np.intp)
+
+
+def _explained(pairing: _Pairing, worth: FloatArray, good: IntArray) -> IntArray:
+    """Return which of the good pairs of one image explain it best, no box in two of them.
+
+    Of two boxes that share a detection, or of which one may be a part of the other, the one with
+    the less probable pair is left out, and the rest is explained anew.
+    """
+    boxes = pairing.boxes
+    while len(good):
+        found = _cheapest(pairing, worth, good)
+        row = pairing.row[found]
+        clash = boxes.clashes[np.ix_(row, row)] & ~np.eye(len(row), dtype=bool)
+        # What may be a part shows another vessel only where that is sure.
+        part = boxes.part_of[np.ix_(row, row)] & (worth[found] < _SURE_ODDS)[:, None]
+        one, other = np.nonzero(clash | part)
+        if not len(one):
+            return found
+        both = np.concatenate([one, other])
+        worst = row[both[np.argmin(worth[found][both])]]
+        good = good[pairing.row[good] != worst]
+    return good
+
+
+def _cheapest(pairing: _Pairing, worth: FloatArray, good: IntArray) -> IntArray:
+    """Return the pairs of the assignment with the largest worth together."""
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - keeps the web process small
+
+    rows, row = np.unique(pairing.row[good], return_inverse=True)
+    columns, column = np.unique(pairing.candidate[good], return_inverse=True)
+    matrix = np.zeros((len(rows), len(columns)))
+    matrix[row, column] = -worth[good]
+    number = np.full(matrix.shape, -1)
+    number[row, column] = good
+    found = number[linear_sum_assignment(matrix)]
+    return np.asarray(found[found >= 0])
 
 
 def _odds_of_pairs(settings: FusionSettings) -> float:
@@ -331,17 +312,35 @@ def _shared(
     return found @ (weighted @ residual[..., None]).sum(axis=0)[:, 0], found
 
 
-def _pair(pairing: _Pairing, judged: _Judged, index: int, settings: FusionSettings) -> LikelyPair:
+def _pair(
+    pairing: _Pairing, judged: _Judged, index: int, scene: Scene, camera: Camera
+) -> LikelyPair:
     """Say how sure one pair is."""
-    rivals = (pairing.scene == pairing.scene[index]) & (
-        pairing.detection == pairing.detection[index]
-    )
-    worth = judged.gain[rivals] + _odds_of_pairs(settings)
-    own = float(judged.gain[index] + _odds_of_pairs(settings))
-    others = float(np.logaddexp.reduce([0.0, *worth]))
+    boxes, row = pairing.boxes, pairing.row[index]
+    worth = judged.gain + pairing.prior
+    rivals = pairing.row == row
+    others = float(np.logaddexp.reduce([0.0, *worth[rivals]]))
     sigmas = [
         float(abs(value)) if used else None
         for value, used in zip(judged.sigmas[index], pairing.used[index], strict=True)
     ]
-    odds = Odds(own, float(np.exp(own - others)), *sigmas)
-    return LikelyPair(int(pairing.detection[index]), int(pairing.candidate[index]), odds)
+    own = float(worth[index])
+    candidate = int(pairing.candidate[index])
+    return LikelyPair(
+        detection=_with_antenna(scene, boxes.members[row], scene.candidates[candidate], camera),
+        candidate=candidate,
+        cost=Odds(own, float(np.exp(own - others)), *sigmas),
+        box=boxes.all[row],
+    )
+
+
+def _with_antenna(
+    scene: Scene, members: Sequence[int], candidate: Candidate, camera: Camera
+) -> int:
+    """Return the hull of a unit in which the antenna is: the one that is under way with AIS."""
+    if len(members) == 1:
+        return members[0]
+    (antenna,) = camera.project(candidate.segment.antenna_in_world[None])
+    hulls = [scene.detections[index] for index in members]
+    beside = [max(h.x1_px - antenna[0], antenna[0] - h.x2_px) for h in hulls]
+    return members[int(np.argmin(beside))]

@@ -14,9 +14,10 @@ from app.domain.candidates import Candidate, UnmatchedReason, candidates_or_reas
 from app.domain.detection import Detection
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
 from app.domain.geodesy import WorldFrame
-from app.domain.likelihood import LikelyPair, Scene, match_by_likelihood
+from app.domain.likelihood import LikelyPair, match_by_likelihood
 from app.domain.matching import Pair, match
 from app.domain.matching_baselines import GroundPair, match_on_water
+from app.domain.seen_boxes import Scene
 from app.domain.sighting import SeenImage, Sighting
 
 
@@ -101,7 +102,9 @@ def _matched(
             reasons[pair.candidate] = UnmatchedReason.SIZE_UNKNOWN
         else:
             del reasons[pair.candidate]
-            detection = image.detections[pair.detection]
+            detection = (
+                pair.box if isinstance(pair, LikelyPair) else image.detections[pair.detection]
+            )
             cut = cut_edges(detection, camera.intrinsics, settings.border_tolerance_px)
             sightings.append(
                 Sighting(candidate, pair.detection, detection, cut, pair.cost, image.water_level_m)

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from app.domain.candidates import Candidate, candidate_or_reason
 from app.domain.detection import Detection
 from app.domain.fusion import FusionSettings, MatchingMethod, SeenImage, fuse_series
-from app.domain.likelihood import LikelyPair, Scene, match_by_likelihood
+from app.domain.likelihood import LikelyPair, match_by_likelihood
+from app.domain.seen_boxes import Scene
 from app.domain.vessel_state import VesselState
 from app.simulation.roadstead import FRAME, Anchored, Roadstead, RoadsteadSettings, make_roadstead
 
