@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.db import find
 from app.tables.ais import AisPosition
-from app.tables.groundtruth import GroundTruthBox
+from app.tables.groundtruth import GroundTruthImage
 from app.tables.imagery import Image
 from app.tables.live import RetentionKind, RetentionRule
 from app.tables.reviews import Correction, ImageCompletion, MissedVessel, Review
@@ -48,7 +48,7 @@ def _images(rule: RetentionRule, before: datetime) -> list[sa.ColumnElement[bool
         ]
         conditions += [
             ~sa.exists().where(of_image.image_id == Image.id)
-            for of_image in (MissedVessel, ImageCompletion, GroundTruthBox)
+            for of_image in (MissedVessel, ImageCompletion, GroundTruthImage)
         ]
     return conditions
 

@@ -17,7 +17,12 @@ from app.tables.clock import ClockOffset, OffsetSource
 from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.exports import Export
 from app.tables.feeds import AisFeed, FeedKind
-from app.tables.groundtruth import GroundTruthBox, VesselClass
+from app.tables.groundtruth import (
+    GroundTruthBox,
+    GroundTruthFile,
+    GroundTruthImage,
+    VesselClass,
+)
 from app.tables.imagery import CaptureTimeSource, Image
 from app.tables.imports import ImageImport, ImportFile
 from app.tables.live import RetentionKind, RetentionRule, StandingRun, WatchedFolder
@@ -58,23 +63,52 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     ids = {"site_id": site.id, "camera_id": camera.id, "viewport_id": viewport.id}
     ids |= {"landmark_id": landmark.id} | _ais(session, site, marker, mmsi)
     image = _image(session, camera, viewport, marker)
-    box = GroundTruthBox(
-        site_id=site.id,
-        image_id=image.id,
-        x1_px=1.0,
-        y1_px=1.0,
-        x2_px=2.0,
-        y2_px=2.0,
-        vessel_class=VesselClass.SHIP,
-    )
-    session.add(box)
-    session.flush()
     run_ids = _run(session, site, viewport, image, marker, mmsi)
     turned = make_turned(session, viewport, image, run_ids["registration_id"], marker)
     turned |= _deleted(session, camera, marker) | _clock(session, camera)
     turned |= _live(session, camera, viewport, run_ids["model_id"])
-    ids |= make_import(session, camera, marker)
-    return ids | {"image_id": image.id, "box_id": box.id} | run_ids | turned
+    ids |= make_import(session, camera, marker) | _ground_truth(session, image)
+    return ids | {"image_id": image.id} | run_ids | turned
+
+
+def _ground_truth(session: Session, image: Image) -> dict[str, int]:
+    file = GroundTruthFile(
+        site_id=image.site_id,
+        sha256=image.sha256,
+        file_name="boxes.json",
+        document={"categories": [{"id": 0, "name": "ship"}]},
+        class_of_category={"0": "ship"},
+    )
+    session.add(file)
+    session.flush()
+    annotated = GroundTruthImage(
+        site_id=image.site_id,
+        image_id=image.id,
+        file_id=file.id,
+        file_name=image.file_name,
+        base_name=image.file_name,
+        width_px=image.width_px,
+        height_px=image.height_px,
+        content_sha256=image.sha256,
+    )
+    session.add(annotated)
+    session.flush()
+    box = GroundTruthBox(
+        ground_truth_image_id=annotated.id,
+        x1_px=1.0,
+        y1_px=1.0,
+        x2_px=2.0,
+        y2_px=2.0,
+        area_px2=1.0,
+        vessel_class=VesselClass.SHIP,
+    )
+    session.add(box)
+    session.flush()
+    return {
+        "ground_truth_file_id": file.id,
+        "ground_truth_image_id": annotated.id,
+        "box_id": box.id,
+    }
 
 
 def _clock(session: Session, camera: Camera) -> dict[str, int]:
