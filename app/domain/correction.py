@@ -11,115 +11,105 @@ along delta's normal, not along the vertical.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from app.domain.arrays import FloatArray
 from app.domain.borders import CutEdges
 from app.domain.camera import Camera
-from app.domain.detection import Detection
 from app.domain.sighting import Sighting, VesselBox
 
 
-@dataclass(frozen=True, eq=False)
-class EdgePlanes:
-    """Unit normals (3,) in the world frame of the four planes, which meet at `center_in_world`.
+def edge_normals(camera: Camera, boxes_px: FloatArray, ups_in_world: FloatArray) -> FloatArray:
+    """Return the unit normals (n, 4, 3) of alpha, beta, gamma and delta in the world frame.
 
-    In the image of an upright camera alpha and beta point to the left, gamma and delta downwards:
-    a vessel inside its box has alpha <= 0 <= beta, gamma <= 0 <= delta.
+    From boxes (n, 4) x1, y1, x2, y2 and each vessel's z_v (n, 3). In the image of an upright camera
+    alpha and beta point to the left, gamma and delta downwards: a vessel inside its box has
+    alpha <= 0 <= beta, gamma <= 0 <= delta. Raises ValueError when a corner of a box has no line of
+    sight (beyond the lens's range).
     """
-
-    center_in_world: FloatArray
-    alpha: FloatArray
-    beta: FloatArray
-    gamma: FloatArray
-    delta: FloatArray
-
-    def distances_m(self, normal: FloatArray, points_in_world: FloatArray) -> FloatArray:
-        """Signed distances (n,) of points (n, 3) to the plane with that normal."""
-        return np.asarray((points_in_world - self.center_in_world) @ normal, dtype=np.float64)
-
-
-def edge_planes(
-    camera: Camera, detections: Sequence[Detection], ups_in_world: Sequence[FloatArray]
-) -> list[EdgePlanes]:
-    """Build alpha, beta, gamma, delta from each detection and its vessel's z_v.
-
-    Raises ValueError when a corner of a box has no line of sight (beyond the lens's range).
-    """
-    corners = [
-        [(d.x1_px, d.y1_px), (d.x1_px, d.y2_px), (d.x2_px, d.y1_px), (d.x2_px, d.y2_px)]
-        for d in detections
-    ]
-    rays = camera.rays(np.array(corners).reshape(-1, 2)).reshape(-1, 4, 3)
+    corners = boxes_px[:, [0, 1, 0, 3, 2, 1, 2, 3]]
+    rays = camera.rays(corners.reshape(-1, 2)).reshape(-1, 4, 3)
     top_left, bottom_left, top_right, bottom_right = np.swapaxes(rays, 0, 1)
-    up = np.array(ups_in_world).reshape(-1, 3)
-    normals = np.stack(
-        [
-            np.cross(up, bottom_left),
-            np.cross(up, bottom_right),
-            np.cross(bottom_left, bottom_right),
-            np.cross(top_left, top_right),
-        ],
-        axis=1,
+    normals = _cross(
+        np.stack([ups_in_world, ups_in_world, bottom_left, top_left], axis=1),
+        np.stack([bottom_left, bottom_right, bottom_right, top_right], axis=1),
     )
-    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    normals /= np.sqrt((normals**2).sum(axis=2, keepdims=True))
     if not np.isfinite(normals).all():
         raise ValueError(
             "a corner of the detection lies where the lens distortion is not one-to-one: "
             "check the camera's distortion coefficients"
         )
-    return [EdgePlanes(camera.center_in_world, *four) for four in normals]
+    return normals
 
 
-def correction_in_world(
-    planes: EdgePlanes, corners_in_world: FloatArray, cut: CutEdges
-) -> FloatArray:
-    """Find the shift (3,) of a segment (4, 3) that brings it between its planes (paper, delta v).
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return vector products along the last axis; np.cross takes several times as long."""
+    ax, ay, az = np.moveaxis(a, -1, 0)
+    bx, by, bz = np.moveaxis(b, -1, 0)
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
-    All distances are those of the uncorrected corners, and every pull counts even where its plane
-    is not violated. An edge made by the image's border pulls nothing; its opposite then counts
-    fully. The paper leaves a cut lower edge open: gamma is dropped there.
+
+def pull_weights(cuts: Sequence[CutEdges]) -> FloatArray:
+    """Return how much alpha, beta and gamma (n, 3) pull.
+
+    An edge made by the image's border pulls nothing; its opposite then counts fully. The paper
+    leaves a cut lower edge open: gamma is dropped there.
     """
-    # The paper's extreme corners i, j, k: the leftmost, the rightmost and the lowest one.
-    alpha_gap = planes.distances_m(planes.alpha, corners_in_world).max()
-    beta_gap = planes.distances_m(planes.beta, corners_in_world).min()
-    gamma_gap = planes.distances_m(planes.gamma, corners_in_world).max()
-    alpha_weight = 0.0 if cut.left else (1.0 if cut.right else 0.5)
-    beta_weight = 0.0 if cut.right else (1.0 if cut.left else 0.5)
-    gamma_weight = 0.0 if cut.bottom else 1.0
-    shift = (
-        gamma_weight * gamma_gap * planes.gamma
-        + alpha_weight * alpha_gap * planes.alpha
-        + beta_weight * beta_gap * planes.beta
+    return np.array(
+        [
+            (
+                0.0 if cut.left else (1.0 if cut.right else 0.5),
+                0.0 if cut.right else (1.0 if cut.left else 0.5),
+                0.0 if cut.bottom else 1.0,
+            )
+            for cut in cuts
+        ]
     )
-    return np.asarray(-shift, dtype=np.float64)
 
 
-def height_m(planes: EdgePlanes, bottom_corners_in_world: FloatArray) -> float:
-    """Find the height at which the first corner of the raised segment touches delta (paper, h)."""
-    return float(planes.distances_m(planes.delta, bottom_corners_in_world).min())
+def corrections_in_world(
+    normals: FloatArray, corners_from_camera: FloatArray, weights: FloatArray
+) -> FloatArray:
+    """Find the shifts (n, 3) that bring segments (n, 4, 3) between their planes (paper, delta v).
+
+    Corners count from the camera's centre, where the planes (n, 3 or 4, 3) meet. All distances are
+    those of the uncorrected corners, and every pull counts even where its plane is not violated.
+    """
+    normals = normals[:, :3]
+    distances = corners_from_camera @ np.swapaxes(normals, 1, 2)
+    # The paper's extreme corners i, j, k: the leftmost, the rightmost and the lowest one.
+    gaps = distances.max(axis=1)
+    gaps[:, 1] = distances[..., 1].min(axis=1)
+    shifts: FloatArray = -((weights * gaps)[..., None] * normals).sum(axis=1)
+    return shifts
 
 
 def paper_boxes(camera: Camera, sightings: Sequence[Sighting]) -> list[VesselBox]:
     """Build the boxes of sightings as published (paper, b1 to b8)."""
-    ups = [sighting.candidate.segment.vessel_axes_in_world[2] for sighting in sightings]
-    planes = edge_planes(camera, [sighting.detection for sighting in sightings], ups)
-    return [_paper_box(*one) for one in zip(sightings, planes, strict=True)]
-
-
-def _paper_box(sighting: Sighting, planes: EdgePlanes) -> VesselBox:
-    segment = sighting.candidate.segment
-    bottom = segment.corners_in_world + correction_in_world(
-        planes, segment.corners_in_world, sighting.cut
-    )
-    height = height_m(planes, bottom)
-    return VesselBox(
-        vessel_axes_in_world=segment.vessel_axes_in_world,
-        heading_deg=sighting.candidate.state.heading_deg,
-        bottom_in_world=bottom,
-        top_from_bottom_m=-height * planes.delta,
-        height_m=height,
-        water_level_m=sighting.water_level_m,
-    )
+    if not sightings:
+        return []
+    segments = [sighting.candidate.segment for sighting in sightings]
+    ups = np.array([segment.vessel_axes_in_world[2] for segment in segments])
+    boxes = np.array([sighting.detection.edges_px for sighting in sightings])
+    normals = edge_normals(camera, boxes, ups)
+    corners = np.array([segment.corners_in_world for segment in segments])
+    weights = pull_weights([sighting.cut for sighting in sightings])
+    shifts = corrections_in_world(normals, corners - camera.center_in_world, weights)
+    bottom = corners + shifts[:, None]
+    # The height at which the first corner of the raised segment touches delta (paper, h).
+    away, delta = bottom - camera.center_in_world, normals[:, 3]
+    heights = (away @ delta[..., None])[..., 0].min(axis=1)
+    raised = -heights[:, None] * delta
+    return [
+        VesselBox(
+            vessel_axes_in_world=segments[index].vessel_axes_in_world,
+            heading_deg=sighting.candidate.state.heading_deg,
+            bottom_in_world=bottom[index],
+            top_from_bottom_m=raised[index],
+            height_m=float(heights[index]),
+            water_level_m=sighting.water_level_m,
+        )
+        for index, sighting in enumerate(sightings)
+    ]

@@ -27,6 +27,11 @@ class Detection:
     score: float
     class_id: int = COCO_BOAT
 
+    @property
+    def edges_px(self) -> tuple[float, float, float, float]:
+        """Left, upper, right and lower edge."""
+        return self.x1_px, self.y1_px, self.x2_px, self.y2_px
+
 
 @dataclass(frozen=True)
 class DetectionSettings:

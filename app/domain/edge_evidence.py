@@ -3,18 +3,32 @@
 Matching and the estimator weigh the same evidence. An edge that is the image's border says nothing;
 the other side then counts alone, as in the paper, and there is no width. Hulls differ from the
 outline that is projected and superstructures lean over their sides, so that even exact boxes are
-off by a share of their size.
+off by a share of their size: the less, the more of the hull's shape is allowed for elsewhere.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray
 
-# One sigma of what boxes and hulls differ by.
-_MIDDLE_SHARE = 0.012  # of the box's width
-_WIDTH_SHARE = 0.12
-_LOWER_SHARE = 0.006  # of its height: detectors are less exact on large vessels
-_LOWER_EDGE_M = 0.1  # bow waves and dark boot tops hide the waterline
+
+class Misfit(NamedTuple):
+    """One sigma of what boxes and projected outlines differ by.
+
+    `middle` and `width` in share of the box's width, `lower` of its height (detectors are less
+    exact on large vessels); bow waves and dark boot tops hide `lower_edge_m` of the waterline.
+    """
+
+    middle: float
+    width: float
+    lower: float
+    lower_edge_m: float
+
+
+ONE_OUTLINE = Misfit(middle=0.012, width=0.12, lower=0.006, lower_edge_m=0.1)
+# Where the evidence's own variance already tells how much hulls differ.
+ANY_OUTLINE = Misfit(middle=0.006, width=0.06, lower=0.005, lower_edge_m=0.05)
 
 
 def edge_mixing(seen: BoolArray, has_width: BoolArray | None = None) -> FloatArray:
@@ -37,14 +51,15 @@ def edge_variance_px2(
     size_px: FloatArray,
     px_per_m: FloatArray,
     one_side: BoolArray,
+    misfit: Misfit = ONE_OUTLINE,
 ) -> FloatArray:
     """Return the variances (n, 3) of middle, width and lower edge of boxes of `size_px` (n, 2)."""
     width, height = size_px.T
     edge = edge_sigma_px**2
     middle = np.where(
         one_side,
-        edge + (_WIDTH_SHARE / 2 * width) ** 2,
-        edge / 2 + (_MIDDLE_SHARE * width) ** 2,
+        edge + (misfit.width / 2 * width) ** 2,
+        edge / 2 + (misfit.middle * width) ** 2,
     )
-    lower = (_LOWER_SHARE * height) ** 2 + (_LOWER_EDGE_M * px_per_m) ** 2
-    return np.column_stack([middle, 2 * edge + (_WIDTH_SHARE * width) ** 2, edge + lower])
+    lower = (misfit.lower * height) ** 2 + (misfit.lower_edge_m * px_per_m) ** 2
+    return np.column_stack([middle, 2 * edge + (misfit.width * width) ** 2, edge + lower])

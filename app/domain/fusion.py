@@ -51,7 +51,7 @@ class FusedPose:
     AIS segment was moved east, north and up. `height_m` is not rounded. `cost_terms` are the
     parts of `cost`. `flags`: see `pose_flags`. `water_level_m` is the height of the box's bottom
     as estimated or given. Preset `waterline` tells how sure it is: `position_covariance_in_enu_m2`
-    (3, 3) of the bottom's middle, and one sigma of heading and height; None from `paper`.
+    (3, 3) of the centroid, and one sigma of heading and height; None from `paper`.
     """
 
     detection_index: int

@@ -49,7 +49,7 @@ class VesselBox:
     `vessel_axes_in_world` (3, 3) has forward, port and up as rows; `bottom_in_world` (4, 3) are the
     corners at the water, whose ellipsoidal height is `water_level_m`; the top is
     `top_from_bottom_m` (3,) away from it. `position_covariance_in_enu_m2` (3, 3) is that of the
-    middle of the bottom, east, north, up; it and the sigmas are None where they are not estimated.
+    box's centroid, east, north, up; it and the sigmas are None where they are not estimated.
     """
 
     vessel_axes_in_world: FloatArray

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from app.domain.borders import CutEdges
 from app.domain.camera import Camera, Intrinsics
-from app.domain.correction import correction_in_world, edge_planes
+from app.domain.correction import corrections_in_world, edge_normals, pull_weights
 from app.domain.detection import Detection
 from app.domain.fusion import FusionResult, FusionSettings, fuse
 from app.domain.geodesy import EcefFrame, EnuFrame, Geodetic
@@ -144,15 +144,16 @@ def test_cut_edges_pull_nothing(
     """Each border case weighs alpha, beta and gamma as the paper says, a cut bottom drops gamma."""
     corners = water_plane_segment(frame, 0.0, vessel(10, 300)).corners_in_world
     box = Detection(1000, 1000, 1500, 1400, 1.0)
-    planes = edge_planes(camera, [box], [np.array([0.0, 0, 1])])[0]
+    normals = edge_normals(camera, np.array([box.edges_px]), np.array([[0.0, 0, 1]]))
+    left, right, lower, _ = normals[0]
+    away = corners - camera.center_in_world
     expected = -(
-        alpha * max((c - camera.center_in_world) @ planes.alpha for c in corners) * planes.alpha
-        + beta * min((c - camera.center_in_world) @ planes.beta for c in corners) * planes.beta
-        + gamma * max((c - camera.center_in_world) @ planes.gamma for c in corners) * planes.gamma
+        alpha * max(away @ left) * left
+        + beta * min(away @ right) * right
+        + gamma * max(away @ lower) * lower
     )
-    np.testing.assert_allclose(
-        correction_in_world(planes, corners, cut(**edges)), expected, atol=1e-12
-    )
+    (found,) = corrections_in_world(normals, away[None], pull_weights([cut(**edges)]))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(
