@@ -15,6 +15,9 @@ from typing import Literal, Self
 from pydantic import Field, SecretStr, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from app.mail.settings import MailSettings
+from app.oidc.settings import ProviderSettings
+
 PLACEHOLDER_SECRETS = frozenset(
     {"", "changeme", "change-me", "secret", "password", "placeholder", "quaymark", "development"},
 )
@@ -34,7 +37,7 @@ def tile_origin(url: str) -> str | None:
     return f"{found['scheme']}://{found['host'].replace('{s}', '*')}"
 
 
-class Settings(BaseSettings):
+class Settings(MailSettings, ProviderSettings, BaseSettings):
     """What an installation can choose. Units stand in the names."""
 
     model_config = SettingsConfigDict(env_prefix="QUAYMARK_", extra="ignore")
@@ -48,7 +51,6 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(8000, ge=0, le=65535)
     allowed_hosts: list[str] = ["*"]
-    public_url: str = ""
     session_hours: int = Field(24 * 7, ge=1)
     sign_in_attempts: int = Field(10, ge=1)
     sign_in_window_s: int = Field(300, ge=1)

@@ -36,6 +36,7 @@ from app.exports import pages as export_pages
 from app.exports import router as exports
 from app.feeds import pages as feed_pages
 from app.feeds import router as feeds
+from app.groundtruth import router as ground_truth
 from app.guideline import pages as guideline_pages
 from app.guideline import router as guideline
 from app.guideline import set_pages as calibration_set_pages
@@ -49,6 +50,8 @@ from app.keeping import pages as keeping_pages
 from app.keeping import router as keeping
 from app.live import pages as live_pages
 from app.live import router as live
+from app.oidc import pages as oidc_pages
+from app.oidc.provider import Provider
 from app.registration import editor_pages as registration_editor
 from app.registration import landmark_router as landmarks
 from app.registration import pages as registration_pages
@@ -88,6 +91,7 @@ REST = (
     reviews,
     evaluation,
     projection_table,
+    ground_truth,
     guideline,
     exports,
     clocks,
@@ -100,6 +104,7 @@ PAGES = (
     home_pages,
     auth_pages,
     factor_pages,
+    oidc_pages,
     admin_pages,
     audit_pages,
     site_pages,
@@ -168,6 +173,7 @@ def furnish(app: FastAPI, settings: Settings) -> None:
     app.state.database = Database(settings.database_url)
     app.state.storage = Storage(settings.storage_url)
     app.state.jobs = JobClient(settings.database_url)
+    app.state.identity_provider = Provider(settings) if settings.has_provider else None
     app.state.prober = health.Prober(app.state.database, app.state.storage)
     app.user_middleware.clear()
     app.middleware_stack = None

@@ -100,6 +100,12 @@ def follow(database: Database, token: str, *, password: str, name: str) -> User:
         return _set_password(session, link, password)
 
 
+def join_from_provider(session: Session, link: AccountLink, name: str) -> User:
+    """Let somebody join by an open invitation whose address the identity provider has verified."""
+    link_repository.use_up(session, link.id, now())
+    return _join(session, link, None, name)
+
+
 def _hand_out(
     session: Session, access: Access | None, link: AccountLink, lasts: timedelta
 ) -> HandedOut:
@@ -115,7 +121,7 @@ def _hand_out(
     return HandedOut(link, f"/join?token={token}")
 
 
-def _join(session: Session, link: AccountLink, password: str, name: str) -> User:
+def _join(session: Session, link: AccountLink, password: str | None, name: str) -> User:
     role = link.role or Role.VIEWER
     specs = [MembershipSpec(role, link.site_id)]
     return users.create_user(session, link.email, password, specs, name=name)

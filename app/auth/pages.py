@@ -11,9 +11,10 @@ from app.auth import second_factor, service, users
 from app.auth.access import Access, Scope, access_of, allowed, public
 from app.auth.authentication import SESSION_COOKIE
 from app.auth.destination import CODE, SIGN_IN, safe_destination
+from app.auth.sign_in_page import sign_in_page
 from app.config import Settings
 from app.dependencies import DatabaseDep, SessionDep, SettingsDep
-from app.errors import AppError, Invalid, TooManyRequests, Unauthenticated, Unavailable
+from app.errors import Invalid, TooManyRequests, Unauthenticated, Unavailable
 from app.paging import Paging
 from app.templating import page
 
@@ -31,13 +32,13 @@ NOTICES = {
 
 @router.get(SIGN_IN, dependencies=[Depends(public)])
 def show_sign_in(
-    request: Request, destination: Annotated[str, Query(alias="next")] = "/"
+    request: Request, destination: Annotated[str, Query(alias="next")] = "/", done: str = ""
 ) -> Response:
     """Show the sign-in page; who is signed in goes on at once."""
     destination = safe_destination(destination)
     if access_of(request) is not None:
         return RedirectResponse(destination, status_code=303)
-    return page(request, "auth/login.html", next=destination)
+    return sign_in_page(request, destination, signed_out=done == "signed-out")
 
 
 @router.post(SIGN_IN, dependencies=[Depends(public)])
@@ -62,17 +63,18 @@ def sign_in(
             replaces=access_of(request),
         )
     except (Unauthenticated, TooManyRequests, Unavailable) as error:
-        return _refused(request, error, email, destination)
+        return sign_in_page(request, destination, error=error, email=email)
     if opened.awaits_code:
         destination = f"{CODE}?{urlencode({'next': destination})}"
     return signed_in(request, settings, opened.cookie, destination)
 
 
 @router.post("/sign-out")
-def sign_out(session: SessionDep, access: SignedIn) -> Response:
-    """End this browser's session."""
+def sign_out(session: SessionDep, settings: SettingsDep, access: SignedIn) -> Response:
+    """End this browser's session; who came from a provider may go on to sign out there."""
     service.sign_out(session, access)
-    response = RedirectResponse(SIGN_IN, status_code=303)
+    told = "?done=signed-out" if settings.has_provider else ""
+    response = RedirectResponse(SIGN_IN + told, status_code=303)
     response.delete_cookie(SESSION_COOKIE, httponly=True, samesite="lax")
     return response
 
@@ -121,19 +123,6 @@ def revoke_token(token_id: int, session: SessionDep, access: SignedIn) -> Respon
     return RedirectResponse("/account?done=revoked", status_code=303)
 
 
-def _refused(request: Request, error: AppError, email: str, destination: str) -> Response:
-    response = page(
-        request,
-        "auth/login.html",
-        status_code=error.status,
-        email=email,
-        error=error.detail[:1].upper() + error.detail[1:] + ".",
-        next=destination,
-    )
-    response.headers.update(error.headers)
-    return response
-
-
 def _account(
     request: Request,
     session: Session,
@@ -177,10 +166,11 @@ def signed_in(request: Request, settings: Settings, cookie: str, destination: st
         max_age=settings.session_hours * 3600,
         httponly=True,
         samesite="lax",
-        secure=_is_https(request, settings),
+        secure=is_https(request, settings),
     )
     return response
 
 
-def _is_https(request: Request, settings: Settings) -> bool:
+def is_https(request: Request, settings: Settings) -> bool:
+    """Whether a browser's cookies may travel by https only."""
     return request.url.scheme == "https" or settings.public_url.startswith("https://")

@@ -16,6 +16,7 @@ from app.tables.identity import (
     IdempotencyKey,
     LoginSession,
     Membership,
+    ProviderIdentity,
     RecoveryCode,
     Role,
     User,
@@ -56,13 +57,13 @@ _PERSON = (
     User.email,
     User.name,
     User.is_active,
-    # Who owes a second factor may do nothing before it is set up.
-    User.totp_required & User.totp_secret.is_(None),
     Membership.site_id,
     Membership.role,
 )
+# Who owes a second factor may do nothing before it is set up.
+_OWES_FACTOR = User.totp_required & User.totp_secret.is_(None)
 _OF_SESSION = (
-    sa.select(LoginSession.id, *_PERSON)
+    sa.select(LoginSession.id, _OWES_FACTOR & ~LoginSession.factor_shown, *_PERSON)
     .join(User, User.id == LoginSession.user_id)
     .outerjoin(Membership, Membership.user_id == User.id)
     .where(
@@ -72,7 +73,14 @@ _OF_SESSION = (
     )
 )
 _OF_TOKEN = (
-    sa.select(ApiToken.id, *_PERSON, ApiToken.scopes, ApiToken.last_used_at, ApiToken.camera_id)
+    sa.select(
+        ApiToken.id,
+        _OWES_FACTOR,
+        *_PERSON,
+        ApiToken.scopes,
+        ApiToken.last_used_at,
+        ApiToken.camera_id,
+    )
     .join(User, User.id == ApiToken.user_id)
     .outerjoin(Membership, Membership.user_id == User.id)
     .where(
@@ -97,7 +105,7 @@ def credential_of_token(session: Session, sha256: str, moment: datetime) -> Cred
 
 def _credential(rows: Sequence[tuple[Any, ...]]) -> Credential:
     """Put the rows of one credential together: one for each role of the person."""
-    identifier, user_id, email, name, is_active, owes_factor, _, _, *token = rows[0]
+    identifier, owes_factor, user_id, email, name, is_active, _, _, *token = rows[0]
     roles = {row[6]: row[7] for row in rows if row[7] is not None and not owes_factor}
     return Credential(identifier, user_id, email, name, is_active, roles, *token)
 
@@ -116,7 +124,8 @@ def all_users(session: Session) -> Sequence[User]:
 
 def forget_person(session: Session, user: User) -> None:
     """Remove all that lets a person in, and their address from the audit log's details."""
-    for table in (LoginSession, ApiToken, IdempotencyKey, AccountLink, RecoveryCode):
+    lets_in = (LoginSession, ApiToken, AccountLink, RecoveryCode, ProviderIdentity)
+    for table in (*lets_in, IdempotencyKey):
         session.execute(sa.delete(table).where(table.user_id == user.id))
     session.execute(sa.delete(AccountLink).where(AccountLink.email == user.email))
     about = sa.select(AuditEntry).where(

@@ -106,6 +106,7 @@ def _caller(session: Session, access: Access, password: str) -> User:
     user = repository.user_by_id(session, access.user_id)
     if user is None:
         raise NotFound("the caller is gone")
-    if not passwords.password_fits(password, user.password_hash):
+    # Who signs in at the identity provider only has no password to show.
+    if user.password_hash and not passwords.password_fits(password, user.password_hash):
         raise Invalid.field("password", "is not your present password")
     return user

@@ -131,10 +131,36 @@ def sign_in(
     awaits_code = user.totp_secret is not None
     lasts = CODE_WITHIN if awaits_code else timedelta(hours=hours)
     with database.writing() as session:
-        if replaces is not None and replaces.session_id is not None:
-            repository.drop_session(session, replaces.session_id)
+        _end_replaced(session, replaces)
         cookie = _open_session(session, user, browser, lasts, awaits_code=awaits_code)
     return OpenedSession(cookie, awaits_code)
+
+
+def open_session(
+    session: Session,
+    user: User,
+    browser: Browser,
+    *,
+    hours: int,
+    factor_shown: bool,
+    replaces: Access | None,
+) -> OpenedSession:
+    """Open a session for somebody whom the identity provider vouches for.
+
+    With `factor_shown` the provider's second factor counts, and ours is not asked for.
+    """
+    _end_replaced(session, replaces)
+    awaits_code = user.totp_secret is not None and not factor_shown
+    lasts = CODE_WITHIN if awaits_code else timedelta(hours=hours)
+    cookie = _open_session(
+        session, user, browser, lasts, awaits_code=awaits_code, factor_shown=factor_shown
+    )
+    return OpenedSession(cookie, awaits_code)
+
+
+def _end_replaced(session: Session, replaces: Access | None) -> None:
+    if replaces is not None and replaces.session_id is not None:
+        repository.drop_session(session, replaces.session_id)
 
 
 def confirm_code(
@@ -175,6 +201,7 @@ def _open_session(
     lasts: timedelta,
     *,
     awaits_code: bool = False,
+    factor_shown: bool = False,
 ) -> str:
     moment = now()
     repository.drop_expired_sessions(session, moment)
@@ -185,6 +212,7 @@ def _open_session(
             user_id=user.id,
             expires_at=moment + lasts,
             awaits_code=awaits_code,
+            factor_shown=factor_shown,
             user_agent=browser.user_agent[:LONGEST_USER_AGENT],
             address=browser.address,
         )
@@ -290,6 +318,11 @@ def administered_sites(session: Session, access: Access) -> dict[int, str]:
     """Return the names of the sites by id among which an administrator may choose."""
     ids = access.site_ids(Scope.ADMIN)
     return repository.site_names(session, None if ids is None else set(ids))
+
+
+def user_by_email(session: Session, email: str) -> User | None:
+    """Return the person with an address, whatever its case; None for nobody."""
+    return repository.user_by_email(session, email)
 
 
 def site_id_named(session: Session, text: str) -> int | None:

@@ -40,7 +40,8 @@ class Attempt:
 
     def failed(self) -> None:
         """Count a failure against the account and the address."""
-        self._throttle.count(self._account, self._address)
+        self._throttle.count("account", self._account)
+        self._throttle.count("address", self._address)
 
     def succeeded(self) -> None:
         """Forget the account's failures; whoever knows the password is not guessing."""
@@ -62,27 +63,28 @@ class SignInThrottle:
         if not self._one_at_a_time.acquire(timeout=LONGEST_WAIT_S):
             raise Unavailable("too many people sign in just now", headers={"Retry-After": "5"})
         try:
-            for key in (("account", account), ("address", address)):
-                if not self._limiter.test(self._item, *key):
-                    self._refuse(key)
+            self.check("account", account)
+            self.check("address", address)
             yield Attempt(self, account, address)
         finally:
             self._one_at_a_time.release()
 
-    def count(self, account: str, address: str) -> None:
-        """Count a failure."""
-        self._limiter.hit(self._item, "account", account)
-        self._limiter.hit(self._item, "address", address)
-
-    def forget(self, account: str) -> None:
-        """Forget an account's failures."""
-        self._limiter.clear(self._item, "account", account)
-
-    def _refuse(self, key: tuple[str, str]) -> None:
-        leaves_at = self._limiter.get_window_stats(self._item, *key).reset_time
+    def check(self, kind: str, key: str) -> None:
+        """Raise TooManyRequests while too many failures of a kind count against a key."""
+        if self._limiter.test(self._item, kind, key):
+            return
+        leaves_at = self._limiter.get_window_stats(self._item, kind, key).reset_time
         wait_s = max(1, ceil(leaves_at - time.time()))
-        _log.warning("sign_in_throttled", by=key[0], wait_s=wait_s)
+        _log.warning("sign_in_throttled", by=kind, wait_s=wait_s)
         raise TooManyRequests(
             f"too many failed sign-ins; try again in {wait_s} seconds",
             headers={"Retry-After": str(wait_s)},
         )
+
+    def count(self, kind: str, key: str) -> None:
+        """Count a failure."""
+        self._limiter.hit(self._item, kind, key)
+
+    def forget(self, account: str) -> None:
+        """Forget an account's failures."""
+        self._limiter.clear(self._item, "account", account)

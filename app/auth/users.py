@@ -50,7 +50,7 @@ def normalised_email(text: str) -> str:
 def create_user(
     session: Session,
     email: str,
-    password: str,
+    password: str | None,
     memberships: Sequence[MembershipSpec],
     *,
     name: str = "",
@@ -58,6 +58,7 @@ def create_user(
 ) -> User:
     """Add a person; `access` is who adds them, None for the command line.
 
+    Without a password they sign in at the identity provider only, until they are given one.
     Raises Invalid for a bad address, password or site, Conflict for an address in use.
     """
     try:
@@ -65,8 +66,10 @@ def create_user(
     except ValueError as error:
         raise Invalid.field("email", str(error)) from error
     # Hashing first: it is slow, and the first statement takes SQLite's only writer's place.
-    passwords.check_password_strength(password)
-    password_hash = passwords.hash_password(password)
+    password_hash = ""
+    if password is not None:
+        passwords.check_password_strength(password)
+        password_hash = passwords.hash_password(password)
     if repository.user_by_email(session, email) is not None:
         raise Conflict(f"there is a user {email} already")
     user = User(email=email, name=name, password_hash=password_hash)

@@ -1,0 +1,1 @@
+"""Mail: what is written to people, and the job that sends it."""

@@ -1,0 +1,1 @@
+"""The feature of signing in at an identity provider (OpenID Connect)."""
