@@ -42,6 +42,14 @@ def index_of_deleted(table: str) -> sa.Index:
     return sa.Index(f"ix_{table}_deleted", "id", sqlite_where=deleted, postgresql_where=deleted)
 
 
+def index_of_changed(table: str) -> sa.Index:
+    """Return an index of the rows that changed since they were stored: exports ask since when."""
+    changed = sa.text("changed_at IS NOT NULL")
+    return sa.Index(
+        f"ix_{table}_changed", "changed_at", sqlite_where=changed, postgresql_where=changed
+    )
+
+
 class Deletion(Base):
     """One act of deleting: what was named, what went with it, and who did it.
 

@@ -8,7 +8,7 @@ from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, enum_type, now
-from app.tables.deletion import Deletable, index_of_deleted
+from app.tables.deletion import Deletable, index_of_changed, index_of_deleted
 from app.tables.sites import Camera, Viewport
 
 
@@ -31,6 +31,7 @@ class Image(Deletable, Base):
     """A photograph of a camera; the same bytes are one image of that camera.
 
     `captured_at_raw` is the moment its source told; `captured_at` is the one all else goes by.
+    `changed_at` is when it was last deleted, brought back or given another time.
     """
 
     __tablename__ = "images"
@@ -54,6 +55,7 @@ class Image(Deletable, Base):
         sa.ForeignKey("image_imports.id", ondelete="SET NULL"), index=True
     )
     created_at: Mapped[datetime] = mapped_column(default=now)
+    changed_at: Mapped[datetime | None]
 
     camera: Mapped[Camera] = relationship()
     viewport: Mapped[Viewport | None] = relationship()
@@ -62,4 +64,5 @@ class Image(Deletable, Base):
         sa.UniqueConstraint("camera_id", "sha256"),
         sa.Index("ix_images_camera_time", "camera_id", "captured_at", "id"),
         index_of_deleted("images"),
+        index_of_changed("images"),
     )

@@ -71,6 +71,13 @@ class Review(Base):
         ),
         sa.Index("ix_reviews_pose", "pose_id", "created_at"),
         sa.Index("ix_reviews_decision", "user_id", "decision"),
+        sa.Index("ix_reviews_created_at", "created_at"),
+        sa.Index(
+            "ix_reviews_replaced_at",
+            "replaced_at",
+            sqlite_where=sa.text("replaced_at IS NOT NULL"),
+            postgresql_where=sa.text("replaced_at IS NOT NULL"),
+        ),
     )
 
 
@@ -127,7 +134,16 @@ class Correction(Base):
 
     user: Mapped[User | None] = relationship(lazy="joined")
 
-    __table_args__ = (sa.UniqueConstraint("pose_id", "version"),)
+    __table_args__ = (
+        sa.UniqueConstraint("pose_id", "version"),
+        sa.Index("ix_corrections_created_at", "created_at"),
+        sa.Index(
+            "ix_corrections_deleted_at",
+            "deleted_at",
+            sqlite_where=sa.text("deleted_at IS NOT NULL"),
+            postgresql_where=sa.text("deleted_at IS NOT NULL"),
+        ),
+    )
 
 
 class MissedVessel(Base):

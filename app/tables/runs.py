@@ -13,7 +13,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, Json, enum_type, now
 from app.tables.ais import WideId
-from app.tables.deletion import Deletable, index_of_deleted
+from app.tables.deletion import Deletable, index_of_changed, index_of_deleted
 from app.tables.detection import Detection, Model
 from app.tables.imagery import Image
 from app.tables.registration import Registration
@@ -34,6 +34,7 @@ class Run(Deletable, Base):
     """One pass of the pipeline over a viewport's images, with all its parameters.
 
     `has_changed_images` says that times or viewports of its images were changed since.
+    `changed_at` is when it was last deleted or brought back.
     """
 
     __tablename__ = "runs"
@@ -62,12 +63,13 @@ class Run(Deletable, Base):
         sa.ForeignKey("users.id", ondelete="SET NULL")
     )
     has_changed_images: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
+    changed_at: Mapped[datetime | None]
 
     viewport: Mapped[Viewport] = relationship()
     registration: Mapped[Registration] = relationship()
     model: Mapped[Model] = relationship()
 
-    __table_args__ = (index_of_deleted("runs"),)
+    __table_args__ = (index_of_deleted("runs"), index_of_changed("runs"))
 
 
 class RunImage(Base):
@@ -192,6 +194,7 @@ class Pose(Base):
     height_sigma_m: Mapped[float | None]
     flags: Mapped[list[str]]
     person_made: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
+    created_at: Mapped[datetime | None] = mapped_column(default=now, index=True)
 
     image: Mapped[Image] = relationship()
     match: Mapped[Match] = relationship(lazy="joined")
