@@ -15,6 +15,7 @@ from app.auth import commands as auth
 from app.detectors import commands as detectors
 from app.errors import AppError
 from app.exports import commands as exports
+from app.groundtruth import commands as ground_truth
 from app.imports import commands as bulk_imports
 from app.keeping import commands as keeping
 from app.operation import commands as operation
@@ -35,6 +36,7 @@ bulk_imports.register(imports)
 ais.register(cli, imports)
 detectors.register(cli, imports)
 bonk.register(imports)
+ground_truth.register(cli, imports)
 cli.add_typer(imports)
 auth.register(cli)
 runs.register(cli)

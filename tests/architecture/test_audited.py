@@ -43,6 +43,7 @@ WITHOUT = {
     "POST /api/v1/review-queues/{queue_id}/next": LEASE,
     "POST /api/v1/review-queues/{queue_id}/extend": LEASE,
     "POST /api/v1/review-queues/{queue_id}/release": LEASE,
+    "POST /api/v1/ground-truth/files/preview": SHOWN,
     "PUT /api/v1/poses/{pose_id}/bookmark": OWN,
     "DELETE /api/v1/poses/{pose_id}/bookmark": OWN,
     "PUT /api/v1/images/{image_id}/bookmark": OWN,

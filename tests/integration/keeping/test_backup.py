@@ -46,6 +46,8 @@ NAMED_AFTER_OTHER_BYTES = {
     "detection_sets.image_sha256",  # of an image, which names it itself
     "detection_sets.model_sha256",
     "detection_sets.settings_sha256",
+    "ground_truth_images.content_sha256",  # of an image, or a stand-in while that is absent
+    "ground_truth_files.sha256",  # all of what was in it stands in tables
 }
 
 

@@ -1,0 +1,1 @@
+"""Boxes that people drew: what detectors and poses are measured by."""
