@@ -36,6 +36,7 @@ from app.exports import pages as export_pages
 from app.exports import router as exports
 from app.feeds import pages as feed_pages
 from app.feeds import router as feeds
+from app.groundtruth import router as ground_truth
 from app.guideline import pages as guideline_pages
 from app.guideline import router as guideline
 from app.guideline import set_pages as calibration_set_pages
@@ -90,6 +91,7 @@ REST = (
     reviews,
     evaluation,
     projection_table,
+    ground_truth,
     guideline,
     exports,
     clocks,
