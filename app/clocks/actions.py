@@ -34,6 +34,7 @@ def add_offset(session: Session, access: Access, camera: Camera, data: OffsetIn)
             valid_until=data.valid_until and in_zone(data.valid_until, zone, "valid_until"),
             source=OffsetSource.GIVEN,
             note=data.note,
+            concerns_given=data.concerns_given,
         )
     row.created_by_id = access.user_id
     changed = service.add_offset(session, row)

@@ -10,8 +10,9 @@ from sqlalchemy.orm import Session
 from app.db import find
 from app.tables.clock import ClockEstimate, ClockOffset
 from app.tables.detection import Detection
-from app.tables.imagery import CaptureTimeSource, Image
-from app.tables.runs import Run, RunImage
+from app.tables.imagery import Image
+from app.tables.live import StandingRun
+from app.tables.runs import Match, Run, RunImage, VesselStateRow
 from app.tables.sites import Viewport
 
 
@@ -21,6 +22,24 @@ class DetectedImage:
 
     image: Image
     detections: Sequence[Detection]
+
+
+@dataclass(frozen=True, slots=True)
+class MatchedBox:
+    """A box and where AIS puts its vessel: the middle of its plane segment across the image."""
+
+    mmsi: int
+    lat_deg: float
+    lon_deg: float
+    heading_deg: float
+    speed_kn: float
+    centre_px: float
+    x1_px: float
+    y1_px: float
+    x2_px: float
+    y2_px: float
+    score: float
+    class_id: int
 
 
 def offsets(session: Session, camera_id: int) -> Sequence[ClockOffset]:
@@ -37,13 +56,9 @@ def offset(session: Session, offset_id: int) -> ClockOffset | None:
     return find(session, ClockOffset, offset_id)
 
 
-def retime(
-    session: Session, camera_id: int, sources: Sequence[CaptureTimeSource]
-) -> Sequence[Image]:
-    """Return a camera's images whose time its clock told."""
-    return session.scalars(
-        sa.select(Image).where(Image.camera_id == camera_id, Image.captured_at_source.in_(sources))
-    ).all()
+def images_of(session: Session, camera_id: int) -> Sequence[Image]:
+    """Return a camera's images."""
+    return session.scalars(sa.select(Image).where(Image.camera_id == camera_id)).all()
 
 
 def estimates(session: Session, camera_id: int, limit: int) -> Sequence[ClockEstimate]:
@@ -98,9 +113,106 @@ def detected(
     if end is not None:
         statement = statement.where(Image.captured_at_raw < end)
     rows = session.execute(statement).all()
-    chosen = rows[:: max(1, -(-len(rows) // limit))]
+    return _with_boxes(session, rows[:: max(1, -(-len(rows) // limit))])
+
+
+def _with_boxes(
+    session: Session, chosen: Sequence[sa.Row[Image, int | None]]
+) -> list[DetectedImage]:
     boxes: dict[int | None, list[Detection]] = {row[1]: [] for row in chosen}
     found = session.scalars(sa.select(Detection).where(Detection.detection_set_id.in_(boxes)))
     for box in found:
         boxes[box.detection_set_id].append(box)
     return [DetectedImage(row[0], boxes[row[1]]) for row in chosen]
+
+
+def image_ids_from(session: Session, run_id: int, first: int, before: int) -> list[int]:
+    """Return the images of a run with detections, from a position on, in the order of time.
+
+    With up to `before` images that stand before them: few new ones say little by themselves.
+    """
+    shows_something = sa.exists().where(Detection.detection_set_id == RunImage.detection_set_id)
+    of_run = (
+        sa.select(Image.id)
+        .join(RunImage, RunImage.image_id == Image.id)
+        .where(RunImage.run_id == run_id, RunImage.done_at.is_not(None), shows_something)
+    )
+    earliest = session.scalar(
+        sa.select(sa.func.min(Image.captured_at))
+        .join(RunImage, RunImage.image_id == Image.id)
+        .where(RunImage.run_id == run_id, RunImage.position >= first)
+    )
+    if earliest is None:
+        return []
+    earlier = of_run.where(Image.captured_at < earliest).order_by(
+        Image.captured_at.desc(), Image.id.desc()
+    )
+    later = of_run.where(Image.captured_at >= earliest).order_by(Image.captured_at, Image.id)
+    found = session.scalars(earlier.limit(before)).all()
+    return [*reversed(found), *session.scalars(later)]
+
+
+def detected_on(session: Session, run_id: int, image_ids: Sequence[int]) -> list[DetectedImage]:
+    """Return some images of a run in the order of time, with what was detected on them."""
+    rows = session.execute(
+        sa.select(Image, RunImage.detection_set_id)
+        .join(RunImage, RunImage.image_id == Image.id)
+        .where(RunImage.run_id == run_id, Image.id.in_(image_ids))
+        .order_by(Image.captured_at, Image.id)
+    ).all()
+    return _with_boxes(session, rows)
+
+
+def matched_boxes(session: Session, run_id: int, image_ids: Sequence[int]) -> list[MatchedBox]:
+    """Return the matches of a run on some images."""
+    rows = session.execute(
+        sa.select(VesselStateRow, Detection)
+        .join(Match, Match.vessel_state_id == VesselStateRow.id)
+        .join(Detection, Detection.id == Match.detection_id)
+        .where(VesselStateRow.run_id == run_id, VesselStateRow.image_id.in_(image_ids))
+    )
+    found = []
+    for state, box in rows:
+        across = [corner[0] for corner in state.segments_px["dead_reckoned"] if corner is not None]
+        if across and None not in across:
+            found.append(
+                MatchedBox(
+                    mmsi=state.mmsi,
+                    lat_deg=state.lat_deg,
+                    lon_deg=state.lon_deg,
+                    heading_deg=state.heading_deg,
+                    speed_kn=state.speed_kn,
+                    centre_px=(min(across) + max(across)) / 2,
+                    x1_px=box.x1_px,
+                    y1_px=box.y1_px,
+                    x2_px=box.x2_px,
+                    y2_px=box.y2_px,
+                    score=box.score,
+                    class_id=box.class_id,
+                )
+            )
+    return found
+
+
+def is_standing(session: Session, run_id: int) -> bool:
+    """Whether a run grows as images come."""
+    found = sa.select(StandingRun.id).where(StandingRun.run_id == run_id)
+    return session.scalar(found) is not None
+
+
+def suspicions(session: Session, run_id: int) -> list[ClockEstimate]:
+    """Return what a run found by itself to be wrong with its camera's clock, by time."""
+    rows = session.scalars(
+        sa.select(ClockEstimate)
+        .where(ClockEstimate.run_id == run_id, ClockEstimate.created_by_id.is_(None))
+        .order_by(ClockEstimate.begin)
+    )
+    return [row for row in rows if row.result and "withheld_matches" in row.result]
+
+
+def forget_suspicions(session: Session, run_id: int, begin: datetime) -> None:
+    """Remove what a run found of a time, for it has looked at that again."""
+    for row in suspicions(session, run_id):
+        if row.begin is not None and row.begin >= begin:
+            session.delete(row)
+    session.flush()

@@ -1,7 +1,7 @@
 """Shapes of clock offsets and estimates in REST."""
 
 from datetime import datetime
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -23,6 +23,9 @@ class OffsetIn(BaseModel):
     valid_from: Annotated[datetime | None, Field(description=RANGE)] = None
     valid_until: Annotated[datetime | None, Field(description=RANGE)] = None
     note: Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
+    concerns_given: Annotated[
+        bool, Field(description="Also times that somebody gave, or a table")
+    ] = False
     estimate_id: Annotated[
         RowId | None, Field(description="Take offset, range and interval from this estimate")
     ] = None
@@ -40,6 +43,7 @@ class OffsetOut(BaseModel):
     valid_until: datetime | None
     source: OffsetSource
     note: str
+    concerns_given: bool
     created_at: datetime
     undone_at: datetime | None
 
@@ -76,3 +80,40 @@ class EstimateOut(BaseModel):
     def of(cls, row: ClockEstimate) -> Self:
         """Show a row."""
         return cls(**{name: getattr(row, name) for name in cls.model_fields})
+
+
+class WithheldOut(BaseModel):
+    """Matches that a run withheld because the vessels say that the camera's clock is off.
+
+    True time = the clock + `offset_s`, for clock times of [begin, end). To correct the clock, post
+    the `estimate_id` to the camera's clock-offsets; then start the run again.
+    """
+
+    reason: Literal["clock suspect"] = "clock suspect"
+    message: str
+    begin: datetime | None
+    end: datetime | None
+    images: int
+    matches: int
+    offset_s: float
+    low_s: float
+    high_s: float
+    camera_id: int
+    estimate_id: int
+
+    @classmethod
+    def of(cls, row: ClockEstimate) -> Self:
+        """Show what a run found."""
+        result = row.result or {}
+        return cls(
+            message=result["message"],
+            begin=row.begin,
+            end=row.end,
+            images=result["withheld_images"],
+            matches=result["withheld_matches"],
+            offset_s=result["offset_s"],
+            low_s=result["low_s"],
+            high_s=result["high_s"],
+            camera_id=row.camera_id,
+            estimate_id=row.id,
+        )

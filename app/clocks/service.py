@@ -15,7 +15,7 @@ from app.clocks import repository
 from app.db import now
 from app.errors import Conflict, Invalid, NotFound
 from app.imagery import service as imagery
-from app.imagery.true_time import CLOCK_SOURCES, corrected_times
+from app.imagery.true_time import corrected_times
 from app.jobs import JobClient, JobQueue
 from app.tables.clock import ClockEstimate, ClockOffset, EstimateStatus, OffsetSource
 from app.tables.runs import Run
@@ -65,6 +65,7 @@ def offset_of_estimate(estimate: ClockEstimate) -> ClockOffset:
         low_s=result["low_s"],
         high_s=result["high_s"],
         source=OffsetSource.ESTIMATED,
+        concerns_given=result.get("concerns_given", False),
         note=f"estimate {estimate.id} from run {estimate.run_id}",
     )
 
@@ -79,12 +80,12 @@ def undo(session: Session, row: ClockOffset) -> int:
 
 
 def _retime(session: Session, camera_id: int) -> int:
-    images = repository.retime(session, camera_id, CLOCK_SOURCES)
+    images = repository.images_of(session, camera_id)
     told = [(image.captured_at_raw, image.captured_at_source) for image in images]
     changed = 0
     for image, moment in zip(images, corrected_times(session, camera_id, told), strict=True):
         if image.captured_at != moment:
-            image.captured_at = moment
+            image.captured_at, image.changed_at = moment, now()
             changed += 1
     session.flush()
     imagery.assign_viewports(session, camera_id)
@@ -136,3 +137,8 @@ def estimates(session: Session, camera_id: int, limit: int = 20) -> Sequence[Clo
 def runs_to_ask(session: Session, camera_id: int) -> Sequence[Run]:
     """Return the runs whose images may tell of a camera's clock, newest first."""
     return repository.runs_of(session, camera_id, 20)
+
+
+def suspicions(session: Session, run_id: int) -> list[ClockEstimate]:
+    """Return why a run withheld matches: what it found wrong with its camera's clock, by time."""
+    return repository.suspicions(session, run_id)

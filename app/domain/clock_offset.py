@@ -33,6 +33,10 @@ _BOX_CENTRE_PX = 3.0
 _ANTENNA_SIGMA_M = 4.0
 _LEAST_SPEED_MPS = 1.0  # slower vessels are no clocks
 _HUBER = 1.5
+_HARMLESS_S = 2.0
+# What matches must say for their clock to be believed without a search.
+_BELIEVED_WITHIN_S = 4.0
+_LEAST_MATCHED_SHARE = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,9 +84,18 @@ class OffsetEstimate:
     is_off: bool
     message: str
 
+    @property
+    def is_suspect(self) -> bool:
+        """Whether matches made by this clock are not to be shown: it is off by more than 2 s.
+
+        With the whole interval; what is less moves a vessel by less than its own length.
+        """
+        nearest_s = min(abs(self.low_s), abs(self.high_s))
+        return self.is_off and nearest_s >= _HARMLESS_S
+
 
 @dataclass(frozen=True, slots=True)
-class _Pair:
+class TimedPair:
     """A detection and the vessel it shows at a trial offset: how late it seems to be."""
 
     vessel: int
@@ -108,7 +121,7 @@ def estimate_offset(
     offset_s = float(fine_s[_scores(images, paths, fine_s).argmax()]) if images else 0.0
     elsewhere = np.abs(grid_s - start_s) > max(10.0, 2 * settings.step_s)
     gain = float(score[best] - score[elsewhere].max()) if elsewhere.any() and images else 0.0
-    pairs: list[_Pair] = []
+    pairs: list[TimedPair] = []
     sigma_s = float("inf")
     for _ in range(4):
         pairs = [pair for image in images for pair in _pairs(image, paths, offset_s)]
@@ -120,7 +133,7 @@ def estimate_offset(
 def _verdict(
     offset_s: float,
     sigma_s: float,
-    pairs: Sequence[_Pair],
+    pairs: Sequence[TimedPair],
     image_count: int,
     gain: float,
     settings: OffsetSettings,
@@ -193,7 +206,7 @@ def _unlikeness(image: TimedImage, rectangles: FloatArray) -> FloatArray:
     return np.where(np.isnan(squared), np.inf, squared)
 
 
-def _pairs(image: TimedImage, paths: Sequence[VesselPath], offset_s: float) -> list[_Pair]:
+def _pairs(image: TimedImage, paths: Sequence[VesselPath], offset_s: float) -> list[TimedPair]:
     """Pair detections and vessels at an offset, best first; keep those that can tell the time."""
     moments = image.clock_s + offset_s + np.array([-1.0, 0.0, 1.0])
     rectangles = [path.rectangles_px(image.camera, image.water_level_m, moments) for path in paths]
@@ -210,18 +223,45 @@ def _pairs(image: TimedImage, paths: Sequence[VesselPath], offset_s: float) -> l
     return pairs
 
 
-def _timed(box: Detection, rectangles: FloatArray, vessel: int, path: VesselPath) -> _Pair | None:
+def _timed(
+    box: Detection, rectangles: FloatArray, vessel: int, path: VesselPath
+) -> TimedPair | None:
     """Return how much later than assumed a vessel was where its box is; None if it cannot tell."""
     centres = (rectangles[:, 0] + rectangles[:, 2]) / 2
     px_per_s = float(centres[2] - centres[0]) / 2
+    return timed_pair(box, float(centres[1]), px_per_s, vessel, path.mean_speed_mps)
+
+
+def timed_pair(
+    box: Detection, centre_px: float, px_per_s: float, vessel: int, speed_mps: float
+) -> TimedPair | None:
+    """Return how late a vessel is that AIS puts at `centre_px`; None if it cannot tell.
+
+    It moves by `px_per_s` across the picture: too slow, or unknown (NaN), says nothing.
+    """
     box_sigma_px = _BOX_CENTRE_OF_WIDTH * (box.x2_px - box.x1_px) + _BOX_CENTRE_PX
     if not np.isfinite(px_per_s) or abs(px_per_s) * 5.0 < box_sigma_px:
-        return None  # too slow across the picture, or not known a second before or after
-    late_s = ((box.x1_px + box.x2_px) / 2 - float(centres[1])) / px_per_s
-    return _Pair(vessel, late_s, box_sigma_px / abs(px_per_s), path.mean_speed_mps)
+        return None
+    late_s = ((box.x1_px + box.x2_px) / 2 - centre_px) / px_per_s
+    return TimedPair(vessel, late_s, box_sigma_px / abs(px_per_s), speed_mps)
 
 
-def _joined(pairs: Sequence[_Pair]) -> tuple[float, float]:
+def matches_agree(
+    pairs: Sequence[TimedPair], detection_count: int, settings: OffsetSettings
+) -> bool:
+    """Whether matches alone show that the clock they were made by is right.
+
+    They do where enough vessels agree on no delay, and where they are no mere chance: by a wrong
+    clock less than a tenth of what is detected fits any vessel. Costs nothing beside a search.
+    """
+    if len({pair.vessel for pair in pairs}) < settings.least_vessels:
+        return False
+    late_s, sigma_s = _joined(pairs)
+    share = len(pairs) / max(detection_count, 1)
+    return share >= _LEAST_MATCHED_SHARE and abs(late_s) + 1.96 * sigma_s <= _BELIEVED_WITHIN_S
+
+
+def _joined(pairs: Sequence[TimedPair]) -> tuple[float, float]:
     """Join residuals, one witness a vessel, outliers weighed down: value and sigma, s."""
     witnesses = [
         _witness([pair for pair in pairs if pair.vessel == vessel])
@@ -242,7 +282,7 @@ def _joined(pairs: Sequence[_Pair]) -> tuple[float, float]:
     return centre, max(1.0, spread) / float(np.sqrt(weights.sum()))
 
 
-def _witness(pairs: Sequence[_Pair]) -> tuple[float, float]:
+def _witness(pairs: Sequence[TimedPair]) -> tuple[float, float]:
     """Return a vessel's median residual and its sigma: boxes average out, the antenna does not."""
     late_s = float(np.median([pair.late_s for pair in pairs]))
     box_s = float(np.median([pair.box_sigma_s for pair in pairs])) / np.sqrt(len(pairs))

@@ -15,7 +15,16 @@ Unit = TypeVar("Unit")
 FLAG_DOUBT = 0.25
 GRAVE_FLAG_DOUBT = 1.0
 GRAVE_FLAGS = frozenset(
-    {"no_height", "no_length", "no_width", "cut_bottom", "jump", "two_places", "impossible_speed"}
+    {
+        "no_height",
+        "no_length",
+        "no_width",
+        "cut_bottom",
+        "jump",
+        "two_places",
+        "impossible_speed",
+        "clock_suspect",
+    }
 )
 
 

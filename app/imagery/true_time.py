@@ -1,7 +1,8 @@
 """True moments from what a camera's clock said, and the offset that counts then.
 
-A person's word (a given time, a table) is no clock and is left alone. Of the offsets that cover a
-moment by the camera's clock, and were not undone, the newest counts.
+A person's word (a given time, a table) is no clock and is left alone, unless an offset says that
+it concerns such times too: what a script gives is often a clock's word as well. Of the offsets that
+cover a moment by the camera's clock, and were not undone, the newest counts.
 """
 
 from collections.abc import Sequence
@@ -30,9 +31,9 @@ def corrected_times(session: Session, camera_id: int, moments: Sequence[Moment])
 def _corrected(
     in_force: Sequence[ClockOffset], raw: datetime, source: CaptureTimeSource
 ) -> datetime:
-    if source not in CLOCK_SOURCES:
-        return raw
     for row in in_force:
+        if source not in CLOCK_SOURCES and not row.concerns_given:
+            continue
         begins = row.valid_from is None or row.valid_from <= raw
         if begins and (row.valid_until is None or raw < row.valid_until):
             return raw + timedelta(seconds=row.offset_s)

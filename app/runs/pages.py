@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
+from app.clocks import service as clocks
 from app.dependencies import DatabaseDep, JobsDep, SessionDep
 from app.domain.fusion_settings import Preset
 from app.errors import AppError, Conflict, Invalid
@@ -171,6 +172,8 @@ def show_run(request: Request, run_id: int, session: SessionDep, access: Reader)
         verdicts=reviews.verdicts(session, run.id),
         outcomes=service.outcomes(session, run.id),
         image_errors=service.image_errors(session, run.id),
+        suspicions=clocks.suspicions(session, run.id),
+        may_correct=access.may(Scope.REGISTER, run.site_id),
         may_cancel=access.may(Scope.INGEST, run.site_id),
         may_review=access.may(Scope.REVIEW, run.site_id),
         may_export=access.may(Scope.EXPORT, run.site_id),

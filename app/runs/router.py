@@ -14,6 +14,8 @@ from sqlalchemy.orm import Session
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
+from app.clocks import service as clocks
+from app.clocks.schemas import WithheldOut
 from app.db import Database
 from app.dependencies import DatabaseDep, JobsDep, Page, PagingDep, SessionDep
 from app.errors import NotFound, looked_up_by
@@ -114,7 +116,12 @@ def delete_run(run_id: int, session: SessionDep, access: Operator) -> None:
 
 
 def _shown(session: Session, run: Run) -> RunOut:
-    return RunOut.of(run, service.progress(session, run), service.image_errors(session, run.id))
+    return RunOut.of(
+        run,
+        service.progress(session, run),
+        service.image_errors(session, run.id),
+        [WithheldOut.of(row) for row in clocks.suspicions(session, run.id)],
+    )
 
 
 @router.get("/runs/{run_id}/events", response_class=StreamingResponse)

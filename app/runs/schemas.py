@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.clocks.schemas import WithheldOut
 from app.runs.service import Progress
 from app.tables.runs import Run, RunStatus
 
@@ -76,12 +77,19 @@ class RunOut(BaseModel):
     image_errors: Annotated[
         list[ImageErrorOut], Field(description="The first images that failed; none in lists")
     ] = []
+    withheld: Annotated[
+        list[WithheldOut], Field(description="Matches it does not show, and why; none in lists")
+    ] = []
 
     @classmethod
     def of(
-        cls, run: Run, progress: Progress, image_errors: Sequence[tuple[str, str]] = ()
-    ) -> "RunOut":
-        """Put a run, its progress and its failed images (file name, reason) together."""
+        cls,
+        run: Run,
+        progress: Progress,
+        image_errors: Sequence[tuple[str, str]] = (),
+        withheld: Sequence[WithheldOut] = (),
+    ) -> Self:
+        """Put a run, its progress, failed images (file name, reason) and doubts together."""
         return cls(
             id=run.id,
             name=run.name,
@@ -109,4 +117,5 @@ class RunOut(BaseModel):
             image_errors=[
                 ImageErrorOut(file_name=name, reason=reason) for name, reason in image_errors
             ],
+            withheld=list(withheld),
         )

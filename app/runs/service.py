@@ -205,6 +205,7 @@ OUTCOMES = {
     "no_detection_left": "No detection left for them",
     "cost_too_high": "Detection too unlike (cost too high)",
     "outside_image": "Beside the picture",
+    "clock_suspect": "Withheld: clock suspect",
     "size_unknown": "Matched, but of unknown size",
     "no_heading": "Without a heading",
 }

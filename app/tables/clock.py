@@ -20,7 +20,8 @@ class OffsetSource(StrEnum):
 class ClockOffset(Base):
     """True time = the camera's clock + `offset_s`, for clock times of [valid_from, valid_until).
 
-    Rows are never changed. Of those that cover a moment and were not undone the newest counts.
+    Rows are never changed. Of those that cover a moment and were not undone the newest counts. It
+    concerns what a clock told; times that somebody gave only where `concerns_given`.
     """
 
     __tablename__ = "clock_offsets"
@@ -36,6 +37,7 @@ class ClockOffset(Base):
     high_s: Mapped[float | None]
     source: Mapped[OffsetSource] = mapped_column(enum_type(OffsetSource))
     note: Mapped[str] = mapped_column(sa.String(500), default="")
+    concerns_given: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
     created_at: Mapped[datetime] = mapped_column(default=now)
     created_by_id: Mapped[int | None] = mapped_column(
         sa.ForeignKey("users.id", ondelete="SET NULL")
@@ -55,7 +57,8 @@ class ClockEstimate(Base):
     """What the vessels on a run's images say of its camera's clock.
 
     Only images of [begin, end) by the camera's clock, where given. `result`: offset_s (true time =
-    clock + offset), low_s, high_s, image_count, vessel_count, is_off, message.
+    clock + offset), low_s, high_s, image_count, vessel_count, is_off, message. Where the run found
+    this by itself and withheld its matches, also withheld_images and withheld_matches.
     """
 
     __tablename__ = "clock_estimates"

@@ -36,6 +36,7 @@ from app.tables.runs import RunStatus
 from worker.inference.ahead import DecodeAhead
 from worker.inference.detector import Detector
 from worker.inference.pool import DetectorPool
+from worker.tasks import check_clock
 from worker.tasks.pose_rows import pose_rows, state_rows
 from worker.tasks.vessel_states import states_around
 
@@ -81,7 +82,7 @@ class RunPipeline:
         for start in range(first, plan["images"], plan["images_per_step"]):
             stop = start + plan["images_per_step"]
             self._runner.step("images", self._do_images, run_id, start, stop)
-        self._runner.step("finish", self._finish, run_id)
+        self._runner.step("finish", self._finish, run_id, first)
 
     def fail(self, reason: str, run_id: int, _first: int = 0) -> None:
         """Say that a run failed, and why."""
@@ -96,7 +97,10 @@ class RunPipeline:
         images = batches.begin(self._runner.session(), run_id)
         return {"images": images, "images_per_step": self._images_per_step}
 
-    def _finish(self, run_id: int) -> None:
+    def _finish(self, run_id: int, first: int) -> None:
+        with self._database.reading() as session:
+            doubted = check_clock.suspicions(session, run_id, first)
+        check_clock.act_on(self._runner.session(), run_id, doubted)
         batches.finish(self._runner.session(), run_id, RunStatus.SUCCEEDED)
 
     def _do_images(self, run_id: int, start: int, stop: int) -> int:

@@ -19,6 +19,7 @@ const FLAGS: ReadonlyMap<string, string> = new Map([
   ["impossible_speed", "AIS says it is faster than anything afloat"],
   ["far_away", "Its AIS position is far from this site"],
   ["doubtful_time", "The time of its AIS position is doubtful"],
+  ["clock_suspect", "Clock suspect: the camera's time is off, so this may be another vessel"],
   ["receiver_clock", "The AIS receiver's clock seems wrong"],
 ]);
 
@@ -49,6 +50,7 @@ const OUTCOMES: ReadonlyMap<string, string> = new Map([
   ["no_detection_left", "no detection left"],
   ["cost_too_high", "cost too high"],
   ["size_unknown", "size unknown"],
+  ["clock_suspect", "clock suspect: match withheld"],
 ]);
 
 export const MISSED_WORDS: Readonly<Record<MissedReason, string>> = {
