@@ -15,7 +15,8 @@ from typing import Any, Self
 import numpy as np
 
 from app.domain.ais import PositionReport, StaticReport
-from app.domain.ais_bulk import IntArray, PositionTable
+from app.domain.ais_bulk import PositionTable
+from app.domain.payload_bits import IntArray
 
 Row = tuple[Any, ...]
 ROWS_IN_A_BATCH = 5_000

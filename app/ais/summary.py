@@ -7,8 +7,9 @@ from datetime import datetime
 import numpy as np
 
 from app.domain.ais import PositionReport, StaticReport
-from app.domain.ais_bulk import IntArray, PositionTable
+from app.domain.ais_bulk import PositionTable
 from app.domain.nmea_times import moment_of
+from app.domain.payload_bits import IntArray
 
 
 @dataclass(slots=True)

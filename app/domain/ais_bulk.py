@@ -16,16 +16,13 @@ import numpy.typing as npt
 
 from app.domain import ais
 from app.domain.arrays import FloatArray
+from app.domain.payload_bits import BoolArray, IntArray, PayloadBits, are_vessels, are_within
 
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 ObjectArray = npt.NDArray[np.object_]
 
 POSITION_LETTERS = 28  # 168 bits: types 1, 2, 3 and 18 alike
 POSITION_TYPES = b"123B"  # as their armoured first letter has them
 
-_SIX_BITS = np.zeros(256, dtype=np.int64)
-_SIX_BITS[48:88], _SIX_BITS[96:120] = np.arange(40), np.arange(40, 64)
 _CLASS_B = 18
 _NO_TURN = 128
 
@@ -61,15 +58,13 @@ class PositionBits:
 
     def __init__(self, payloads: Sequence[bytes]) -> None:
         """Take payloads of `POSITION_LETTERS` letters that begin with one of `POSITION_TYPES`."""
-        letters = np.frombuffer(b"".join(payloads), dtype=np.uint8)
-        self._letters = _SIX_BITS[letters.reshape(-1, POSITION_LETTERS).T]
-        self._is_b = self._letters[0] == _CLASS_B
-        self._mmsi = self._bits(8, 30)
+        self._bits = PayloadBits(payloads, POSITION_LETTERS)
+        self._type, self._mmsi = self._bits.message_type, self._bits.mmsi
+        self._is_b = self._type == _CLASS_B
         self._lon = _signed(self._motion(11, 28), 28)
         self._lat = _signed(self._motion(39, 27), 27)
-        is_vessel = _within(self._mmsi, ais.SHIP_MMSI) | _within(self._mmsi, ais.AUXILIARY_MMSI)
-        has_place = _within(self._lat, ais.LATITUDES) & _within(self._lon, ais.LONGITUDES)
-        self.usable: BoolArray = is_vessel & has_place
+        has_place = are_within(self._lat, ais.LATITUDES) & are_within(self._lon, ais.LONGITUDES)
+        self.usable: BoolArray = has_place & are_vessels(self._mmsi)
 
     def table(self, chosen: IntArray, received_us: IntArray) -> PositionTable:
         """Return the chosen payloads' reports; `received_us` belongs to the chosen."""
@@ -84,8 +79,8 @@ class PositionBits:
             sog_kn=_SPEEDS[self._motion(0, 10)[chosen]],
             cog_deg=_COURSES[self._motion(66, 12)[chosen]],
             heading_deg=_HEADINGS[self._motion(78, 9)[chosen]],
-            rot_deg_min=_TURNS[np.where(is_b, _NO_TURN, self._bits(42, 8)[chosen])],
-            message_type=self._letters[0][chosen],
+            rot_deg_min=_TURNS[np.where(is_b, _NO_TURN, self._bits.unsigned(42, 8)[chosen])],
+            message_type=self._type[chosen],
             ais_class=_CLASSES[is_b.astype(np.int64)],
             high_accuracy=self._motion(10, 1)[chosen].astype(np.bool_),
             fix_time_source=source,
@@ -93,14 +88,8 @@ class PositionBits:
 
     def _motion(self, start: int, width: int) -> IntArray:
         """Read of the bits from speed to UTC second, which class B has four bits earlier."""
-        return np.where(self._is_b, self._bits(46 + start, width), self._bits(50 + start, width))
-
-    def _bits(self, start: int, width: int) -> IntArray:
-        first, end = start // 6, -(-(start + width) // 6)
-        value: IntArray = self._letters[first]
-        for at in range(first + 1, end):
-            value = value << 6 | self._letters[at]
-        return value >> (6 * end - start - width) & ((1 << width) - 1)
+        of_a, of_b = (self._bits.unsigned(at + start, width) for at in (50, 46))
+        return np.where(self._is_b, of_b, of_a)
 
 
 def fix_times(received_us: IntArray, utc_second: IntArray) -> tuple[IntArray, ObjectArray]:
@@ -110,11 +99,6 @@ def fix_times(received_us: IntArray, utc_second: IntArray) -> tuple[IntArray, Ob
     source = np.where(lag > ais.PROMPT_LAG_US, 2, 0)
     source = np.where(utc_second > ais.LAST_UTC_SECOND, 1, source)
     return received_us - np.where(source == 0, lag, 0), _SOURCES[source]
-
-
-def _within(values: IntArray, bounds: range) -> BoolArray:
-    within: BoolArray = (values >= bounds.start) & (values < bounds.stop)
-    return within
 
 
 def _signed(value: IntArray, width: int) -> IntArray:

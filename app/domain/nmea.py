@@ -11,7 +11,7 @@ from datetime import datetime
 from app.domain.accounting import Accounting
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.ais_payload import RejectedMessageError, Reports, decode_payload
-from app.domain.nmea_assembly import FragmentAssembler
+from app.domain.nmea_assembly import FragmentAssembler, Key
 from app.domain.nmea_lines import LineReader
 from app.domain.nmea_times import DISTANT, TimeReader
 from app.domain.rejects import RejectLog
@@ -77,9 +77,13 @@ class NmeaDecoder:
         """Whether a time waits for the next sentence."""
         return self._reader.carries_time
 
-    def pass_by(self, whole: int) -> None:
-        """Let so many sentences go by that were whole messages, decoded and counted elsewhere."""
-        self._assembler.pass_by(whole)
+    def pass_by(self, sentences: int) -> None:
+        """Let so many sentences go by that made whole messages, decoded elsewhere."""
+        self._assembler.pass_by(sentences)
+
+    def may_join(self, key: Key) -> bool:
+        """Whether the parts of a message that follow each other may be joined elsewhere."""
+        return self._assembler.is_free(key)
 
     def finish(self) -> Accounting:
         """End the input: what is unfinished becomes orphaned. Return the accounting."""

@@ -16,18 +16,18 @@ from app.domain.accounting import SentenceCounts
 from app.domain.nmea_lines import Sentence
 from app.domain.rejects import Origin
 
-_WINDOW = timedelta(seconds=5)
+WINDOW = timedelta(seconds=5)
 _WINDOW_SENTENCES = 100  # where the input has no times at all
 _MOST_OPEN = 4096  # bounds the memory that orphans can take
 
-_Key = tuple[bytes, bytes, bytes, int]
+Key = tuple[bytes, bytes, bytes, int]  # talker, channel, sequence, count: what parts share
 
 
 @dataclass(slots=True)
 class _Open:
     """A message some of whose parts have come."""
 
-    key: _Key
+    key: Key
     source: bytes
     received_at: datetime | None
     arrival: datetime | None
@@ -51,12 +51,16 @@ class FragmentAssembler:
         self._index = 0
         self._serial = 0
         self._open: dict[int, _Open] = {}  # by serial number, oldest first
-        self._by_key: dict[_Key, list[int]] = {}
+        self._by_key: dict[Key, list[int]] = {}
 
-    def pass_by(self, whole: int) -> None:
-        """Let so many sentences go by that were whole messages, decoded elsewhere."""
-        self._index += whole
-        self._sentences.assembled += whole
+    def pass_by(self, sentences: int) -> None:
+        """Let so many sentences go by that made whole messages, decoded elsewhere."""
+        self._index += sentences
+        self._sentences.assembled += sentences
+
+    def is_free(self, key: Key) -> bool:
+        """Whether parts with this key that follow each other would join, and touch nothing else."""
+        return key not in self._by_key and len(self._open) < _MOST_OPEN
 
     def add(
         self, sentence: Sentence, arrival: datetime | None = None, origin: Origin | None = None
@@ -90,7 +94,7 @@ class FragmentAssembler:
         """Give up live messages whose first part arrived more than five seconds ago."""
         while self._open:
             serial, oldest = next(iter(self._open.items()))
-            if oldest.arrival is None or now - oldest.arrival <= _WINDOW:
+            if oldest.arrival is None or now - oldest.arrival <= WINDOW:
                 return
             self._orphan(serial)
 
@@ -120,12 +124,12 @@ class FragmentAssembler:
     def _is_stale(self, message: _Open, sentence: Sentence, arrival: datetime | None) -> bool:
         if arrival is not None and message.arrival is not None:
             # Live, one clock times all parts; often only the first has the receiver's time too.
-            return arrival - message.arrival > _WINDOW
+            return arrival - message.arrival > WINDOW
         if message.received_at is not None and sentence.received_at is not None:
-            return abs(sentence.received_at - message.received_at) > _WINDOW
+            return abs(sentence.received_at - message.received_at) > WINDOW
         return self._index - message.sentence_index > _WINDOW_SENTENCES
 
-    def _start(self, key: _Key, sentence: Sentence, arrival: datetime | None) -> int:
+    def _start(self, key: Key, sentence: Sentence, arrival: datetime | None) -> int:
         if len(self._open) >= _MOST_OPEN:
             self._orphan(next(iter(self._open)))
         self._serial += 1

@@ -19,6 +19,7 @@ from app.domain.nmea import NmeaDecoder, decode_lines
 from app.domain.nmea_bulk import decode_recording
 from app.domain.nmea_lines import LONGEST_LINE, split_blocks, split_lines
 from app.domain.nmea_times import moment_of
+from app.domain.static_bulk import StaticBits
 from tests.factories.nmea_text import POSITION, VOYAGE, encoded, pghp, sentence, tag_block
 
 RECORDINGS = (
@@ -113,6 +114,31 @@ SENTENCES = [
     "x" * (LONGEST_LINE + 1),
     "",
 ]
+FIRST, SECOND = encoded(VOYAGE)
+SENTENCES += [
+    f"{FIRST}\n{SECOND}",
+    f"{FIRST}\r\n{SECOND}",
+    f"{FIRST}\n{SECOND},1714564807",
+    f"{FIRST},1714564806\n{SECOND},1714564899",
+    *(
+        f"{FIRST}\n{tag_block(told)}{SECOND}"
+        for told in (
+            "s:x,c:1714564805",
+            "c:1714564809",
+            "c:1714564811",
+            "s:y,c:1714564805",
+            "s:x",
+            "g:2-2-77,c:1714564805",
+            "c:12415440354",
+        )
+    ),
+    f"{FIRST}\n{tag_block('c:1714564805')[:-3]}FF\\{SECOND}",
+    f"{FIRST}\n{SECOND[:-1]}{'1' if SECOND[-1] == '0' else '0'}",
+    f"{FIRST}\n{SECOND.replace(',A,', ',B,')}",
+    FIRST.replace(",0*", ",2*"),
+    encoded({"msg_type": 24, "mmsi": 211_000_003, "partno": 1, "callsign": "DABC"})[0],
+    encoded({"msg_type": 24, "mmsi": 982_110_003, "partno": 1, "mothership_mmsi": 211_000_003})[0],
+]
 VOYAGE_LINES = [line + "\n" for line in encoded(VOYAGE)]
 ENDS = ["\n", "\r\n", ",1714564807\n", ",1714564807,x\r\n", " \n", ""]
 
@@ -162,6 +188,35 @@ def test_payloads_mean_what_the_reference_says(drawn: list[str], received_us: in
         except RejectedMessageError:
             continue
     assert list(rows(table)) == expected
+
+
+static_payloads = st.tuples(st.sampled_from("5H"), st.lists(letters, min_size=26, max_size=72)).map(
+    lambda drawn: drawn[0] + "".join(drawn[1])
+)
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.tuples(static_payloads, st.integers(0, 5)), min_size=1, max_size=20),
+    st.integers(10**15, 2 * 10**15),
+)
+@example(
+    [("5" + "0" * 70, 2), ("H" + "w" * 27, 0), ("H" + "0" * 26, 2), ("Hw000B" + "0" * 22, 0)], 1
+)
+def test_static_payloads_mean_what_the_reference_says(
+    drawn: list[tuple[str, int]], received_us: int
+) -> None:
+    """Of any bits, those are usable that the reference takes, and every field is the same."""
+    length_bits = np.array([6 * len(payload) - fill for payload, fill in drawn])
+    bits = StaticBits([payload.encode() for payload, _ in drawn], length_bits)
+    chosen = np.flatnonzero(bits.usable)
+    expected: Counter[PositionReport | StaticReport] = Counter()
+    for payload, fill in drawn:
+        try:
+            expected.update(decode_payload(payload.encode(), fill, moment_of(received_us)) or ())
+        except RejectedMessageError:
+            continue
+    assert Counter(bits.reports(chosen, np.full(chosen.size, received_us))) == expected
 
 
 @settings(deadline=None)
