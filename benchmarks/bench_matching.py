@@ -34,7 +34,10 @@ METHODS = {
     "paper, cost at most 0.25": FusionSettings(maximum_cost=0.25),
     "Lu 2021: distance and bearing": FusionSettings(matching=MatchingMethod.LU_2021),
     "ground plane (2022, 2024)": FusionSettings(matching=MatchingMethod.GROUND_PLANE),
+    "Huang 2021: tracks, metres": FusionSettings(matching=MatchingMethod.HUANG_2021),
+    "Qu 2022: tracks, arrival": FusionSettings(matching=MatchingMethod.QU_2022),
     "likelihood (ours)": FusionSettings(matching=MatchingMethod.LIKELIHOOD),
+    "track votes (ours)": FusionSettings(matching=MatchingMethod.TRACK_VOTES),
 }
 
 

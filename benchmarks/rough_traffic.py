@@ -125,9 +125,9 @@ def rough_traffic(seed: int, rough: Rough) -> RoughTraffic:
         count = min(rough.images_per_session, rough.images - len(images))
         span_s = (count - 1) * rough.gap_s
         ships = _fleet(rng, rough, span_s, len(images))
+        start_s = 1.7e9 + 7200.0 * (len(images) // rough.images_per_session)
         for number in range(count):
             at_s = number * rough.gap_s - span_s / 2
-            start_s = 1.7e9 + 7200.0 * len(images) // rough.images_per_session
             images.append(_image(rng, rough, true_camera, frame, ships, at_s, start_s + at_s))
     return RoughTraffic(registered, frame, tuple(images))
 

@@ -17,13 +17,20 @@ class Preset(StrEnum):
     WATERLINE = "waterline"  # all ships of a while on one water surface
 
 
+# What a run takes when nobody chooses; single labels are fused as published.
+PRESET_OF_RUNS = Preset.WATERLINE
+
+
 class MatchingMethod(StrEnum):
     """The ways to decide which detection shows which vessel."""
 
     PAPER = "paper"  # the published cost in pixels, cheapest assignment
     LIKELIHOOD = "likelihood"  # ours: how probable, against "no AIS" and "not detected"
+    TRACK_VOTES = "track_votes"  # ours, and in series of images all boxes of a track vote
     LU_2021 = "lu_2021"  # Lu et al. 2021: nearest in distance and bearing
     GROUND_PLANE = "ground_plane"  # Carrillo-Perez et al. 2022, Gülsoylu et al. 2024: metres
+    HUANG_2021 = "huang_2021"  # Huang et al. 2021: tracks, metres on the water
+    QU_2022 = "qu_2022"  # Qu et al. 2022: tracks, when the vessel is at that place
 
 
 # Each preset's own; a run may choose another.
@@ -53,6 +60,7 @@ class FusionSettings:
     # Matching `likelihood` only: what is probable before looking.
     unidentified_per_image: float = 1.0  # detections that show no vessel with AIS
     detected_share: float = 0.8  # of the vessels with AIS in the image
+    series_gap_s: float = 15.0  # images at most so far apart are a series: vessels are followed
     # Preset `waterline` and matching `likelihood`: one sigma of what they estimate beside the
     # vessels, and of box edges.
     level_sigma_m: float = 1.0  # of the water against the given level
@@ -71,6 +79,7 @@ class FusionSettings:
             ("image_margin", 0.0, 10.0),
             ("unidentified_per_image", 1e-6, 1e6),
             ("detected_share", 1e-6, 1 - 1e-6),
+            ("series_gap_s", 0.0, 600.0),
             ("level_sigma_m", 1e-6, float("inf")),
             ("level_window_s", 0.0, float("inf")),
             ("rotation_sigma_deg", 1e-6, 45.0),

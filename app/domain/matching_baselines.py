@@ -61,7 +61,10 @@ def match_on_water(
     if not taking_part or not candidates:
         return []
     nearest = settings.matching is MatchingMethod.LU_2021
-    rows = [_costs(detections[i], candidates, camera, nearest=nearest) for i in taking_part]
+    rows = [
+        [_cost(detections[i], candidate, camera, nearest=nearest) for candidate in candidates]
+        for i in taking_part
+    ]
     weights = np.array([[cost.total for cost in row] for row in rows])
     chosen = _greedy(weights) if nearest else _assigned(weights)
     return [
@@ -71,35 +74,50 @@ def match_on_water(
     ]
 
 
-def _costs(
-    detection: Detection, candidates: Sequence[Candidate], camera: Camera, *, nearest: bool
-) -> list[GroundCost]:
-    """Compare a detection with all vessels."""
+@dataclass(frozen=True, slots=True, eq=False)
+class OnWater:
+    """Where a detection stands on the water against a vessel: `off_m` (2,) is east and north."""
+
+    off_m: FloatArray
+    distance_m: float
+    bearing_deg: float
+    share_of_range: float
+
+
+def on_water(detection: Detection, candidate: Candidate, camera: Camera) -> OnWater | None:
+    """Meet the water at a vessel's level with the line of sight to a detection's lower edge.
+
+    None where they do not meet.
+    """
     middle = np.array([(detection.x1_px + detection.x2_px) / 2, detection.y2_px]) - HALF_PIXEL
-    ray = camera.rays(middle[None])[0]
-    return [
-        _cost(ray, candidate, camera.center_in_world, nearest=nearest) for candidate in candidates
-    ]
+    enu = candidate.segment.enu_axes_in_world
+    vessel = enu @ (candidate.segment.corners_in_world.mean(axis=0) - camera.center_in_world)
+    direction = enu @ camera.rays(middle[None])[0]
+    if not direction[2] * vessel[2] > 0:
+        return None
+    point = direction * (vessel[2] / direction[2])
+    off = (point - vessel)[:2]
+    turn = np.degrees(np.arctan2(point[0], point[1]) - np.arctan2(vessel[0], vessel[1]))
+    away_m = float(np.hypot(*vessel[:2]))
+    return OnWater(
+        off_m=off,
+        distance_m=float(np.hypot(*off)),
+        bearing_deg=float(abs((turn + 180) % 360 - 180)),
+        share_of_range=abs(float(np.hypot(*point[:2])) - away_m) / away_m,
+    )
 
 
 def _cost(
-    ray: FloatArray, candidate: Candidate, center_in_world: FloatArray, *, nearest: bool
+    detection: Detection, candidate: Candidate, camera: Camera, *, nearest: bool
 ) -> GroundCost:
-    """Meet the water at the vessel's level with a line of sight; endless where they do not meet."""
-    enu = candidate.segment.enu_axes_in_world
-    vessel = enu @ (candidate.segment.corners_in_world.mean(axis=0) - center_in_world)
-    direction = enu @ ray
-    if not direction[2] * vessel[2] > 0:
+    """Compare a detection with a vessel; endless where it is not on the water."""
+    there = on_water(detection, candidate, camera)
+    if there is None:
         return GroundCost(float("inf"), float("inf"), 180.0)
-    point = direction * (vessel[2] / direction[2])
-    off_m = float(np.hypot(*(point - vessel)[:2]))
-    turn = np.degrees(np.arctan2(point[0], point[1]) - np.arctan2(vessel[0], vessel[1]))
-    bearing_deg = float(abs((turn + 180) % 360 - 180))
-    away_m = float(np.hypot(*vessel[:2]))
-    if not nearest:
-        return GroundCost(off_m / FARTHEST_M, off_m, bearing_deg)
-    share = abs(float(np.hypot(*point[:2])) - away_m) / away_m
-    return GroundCost(max(share / FARTHEST_SHARE, bearing_deg / FARTHEST_DEG), off_m, bearing_deg)
+    total = there.distance_m / FARTHEST_M
+    if nearest:
+        total = max(there.share_of_range / FARTHEST_SHARE, there.bearing_deg / FARTHEST_DEG)
+    return GroundCost(total, there.distance_m, there.bearing_deg)
 
 
 def _greedy(weights: FloatArray) -> list[tuple[int, int]]:

@@ -17,8 +17,11 @@ from app.domain.geodesy import WorldFrame
 from app.domain.likelihood import LikelyPair, match_by_likelihood
 from app.domain.matching import Pair, match
 from app.domain.matching_baselines import GroundPair, match_on_water
+from app.domain.matching_tracks import match_tracks
 from app.domain.seen_boxes import Scene
 from app.domain.sighting import SeenImage, Sighting
+
+_ALONE = frozenset({MatchingMethod.PAPER, MatchingMethod.LU_2021, MatchingMethod.GROUND_PLANE})
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +42,14 @@ def match_images(
         for image, there in zip(images, placed, strict=True)
     ]
     pairs: list[Sequence[Pair | LikelyPair | GroundPair]] = [[] for _ in images]
-    if settings.matching is MatchingMethod.LIKELIHOOD:
+    if settings.matching in _ALONE:
+        pairs = [_matched_alone(camera, scene, settings) for scene in scenes]
+    else:
         for window in windows(images, settings.level_window_s):
-            together = match_by_likelihood(camera, [scenes[i] for i in window], settings)
+            times_s = [images[i].at_s for i in window]
+            together = _matched_together(camera, [scenes[i] for i in window], times_s, settings)
             for index, found in zip(window, together, strict=True):
                 pairs[index] = found
-    else:
-        pairs = [_matched_alone(camera, scene, settings) for scene in scenes]
     return [
         _matched(camera, image, there, found, settings)
         for image, there, found in zip(images, placed, pairs, strict=True)
@@ -59,6 +63,15 @@ def _matched_alone(
     if settings.matching is MatchingMethod.PAPER:
         return match(scene.detections, scene.candidates, camera.intrinsics, settings)
     return match_on_water(scene.detections, scene.candidates, camera, settings)
+
+
+def _matched_together(
+    camera: Camera, scenes: Sequence[Scene], times_s: Sequence[float], settings: FusionSettings
+) -> Sequence[Sequence[LikelyPair | GroundPair]]:
+    """Match the images of a while by a method that looks at all of them."""
+    if settings.matching in {MatchingMethod.HUANG_2021, MatchingMethod.QU_2022}:
+        return match_tracks(camera, scenes, times_s, settings)
+    return match_by_likelihood(camera, scenes, settings, times_s)
 
 
 @dataclass(frozen=True, eq=False)
