@@ -150,6 +150,11 @@ def _navigation(access: Access, path: str) -> list[NavItem]:
     ]
 
 
+def render(template: str, /, **context: object) -> str:
+    """Render a template that is no page, such as a drawing."""
+    return _environment().get_template(template).render(**context)
+
+
 def page(
     request: Request, template: str, /, *, status_code: int = 200, **context: object
 ) -> HTMLResponse:

@@ -47,11 +47,15 @@ class ResultBox:
 
 @dataclass(frozen=True, slots=True)
 class CocoResults:
-    """The vessels of a file, all images it speaks of, and how many boxes were no vessels."""
+    """The vessels of a file, all images it speaks of, and how many boxes were no vessels.
+
+    `lists_images`: images without any box are among them, so that none is missing by accident.
+    """
 
     boxes: list[ResultBox]
     images: list[ImageKey]
     ignored: int
+    lists_images: bool
 
 
 def read_results(
@@ -85,7 +89,7 @@ def read_results(
             boxes.append(_box(entry, index, image, categories[category_id]))
         else:
             ignored += 1
-    return CocoResults(boxes, list(spoken_of), ignored)
+    return CocoResults(boxes, list(spoken_of), ignored, names is not None)
 
 
 def _json(data: bytes, field: str) -> Any:  # noqa: ANN401  whatever is in the file

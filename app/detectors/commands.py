@@ -128,15 +128,32 @@ def import_detections(
     camera: Annotated[
         int | None, typer.Option(help="Id of the camera whose file names are meant")
     ] = None,
+    images: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True, dir_okay=False, readable=True, help="A COCO file whose image ids are meant"
+        ),
+    ] = None,
+    category: Annotated[
+        list[int] | None, typer.Option(help="A category id that is a vessel; once for each")
+    ] = None,
 ) -> None:
     """Import the boxes of another detector; a run can use them like those of a model."""
     from app.auth.audit import record
     from app.detectors.imported import resolve, store
+    from app.domain.detection import COCO_BOAT
     from app.installation import open_installation
 
     with open_installation() as here:
         with here.database.reading() as session:
-            found = resolve(session, file.read_bytes(), name=name, camera_id=camera)
+            found = resolve(
+                session,
+                file.read_bytes(),
+                name=name,
+                camera_id=camera,
+                images=None if images is None else images.read_bytes(),
+                categories=dict.fromkeys(category, COCO_BOAT) if category else None,
+            )
         with here.database.writing() as session:
             outcome = store(session, found, user_id=None)
             if outcome.created:

@@ -23,9 +23,36 @@ from app.detectors.service import (
 )
 from app.errors import Conflict, Invalid
 from app.tables.detection import Model, ModelStatus
+from app.tables.groundtruth import GroundTruthImage
 from app.tables.imagery import Image
 
 _LARGEST_CLASS_ID = 2**31 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Photograph:
+    """A photograph that detections can be of; an absent one is known by ground truth only."""
+
+    id: int
+    sha256: str
+    site_id: int
+    camera_id: int | None
+    width_px: int
+    height_px: int
+
+    @classmethod
+    def of(cls, image: Image) -> "Photograph":
+        """Take the columns of one that is here."""
+        return cls(
+            image.id, image.sha256, image.site_id, image.camera_id, image.width_px, image.height_px
+        )
+
+    @classmethod
+    def of_truth(cls, image: GroundTruthImage) -> "Photograph":
+        """Take the columns of one that people drew boxes in."""
+        return cls(
+            image.id, image.content_sha256, image.site_id, None, image.width_px, image.height_px
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +65,7 @@ class Resolved:
     boxes_by_image: dict[str, list[dict[str, Any]]]
     site_ids: frozenset[int]
     ignored: int
+    lists_images: bool
 
     @property
     def detections(self) -> int:
@@ -117,6 +145,7 @@ def resolve(
         boxes_by_image=boxes,
         site_ids=frozenset(image.site_id for image in found.values()),
         ignored=results.ignored,
+        lists_images=results.lists_images,
     )
 
 
@@ -132,7 +161,11 @@ def store(session: Session, found: Resolved, *, user_id: int | None) -> Imported
                 "sha256": found.sha256,
                 "size_bytes": found.size_bytes,
                 "status": ModelStatus.READY,
-                "signature": {"images": len(found.boxes_by_image), "boxes": found.detections},
+                "signature": {
+                    "images": len(found.boxes_by_image),
+                    "boxes": found.detections,
+                    "lists_images": found.lists_images,
+                },
                 "created_by_id": user_id,
             },
         )
@@ -159,21 +192,16 @@ def _images_of(
     results: CocoResults,
     camera_id: int | None,
     site_ids: frozenset[int] | None,
-) -> dict[ImageKey, Image]:
+) -> dict[ImageKey, Photograph]:
     ids = [key for key in results.images if isinstance(key, int)]
-    by_id = repository.images_by_id(session, ids)
-    by_name = repository.images_by_name(
-        session, [key for key in results.images if isinstance(key, str)], camera_id
-    )
+    names = [key for key in results.images if isinstance(key, str)]
+    candidates_of = _by_id(session, ids) | _by_name(session, names, camera_id)
     entry_of = {box.image: box.index for box in reversed(results.boxes)}
-    found: dict[ImageKey, Image] = {}
+    found: dict[ImageKey, Photograph] = {}
     for key in results.images:
-        candidates: Sequence[Image] = (
-            by_name.get(key, ()) if isinstance(key, str) else [by_id[key]] if key in by_id else ()
-        )
         candidates = [
             image
-            for image in candidates
+            for image in candidates_of.get(key, ())
             if (camera_id is None or image.camera_id == camera_id)
             and (site_ids is None or image.site_id in site_ids)
         ]
@@ -184,15 +212,43 @@ def _images_of(
     return found
 
 
+def _by_id(session: Session, ids: Sequence[int]) -> dict[ImageKey, list[Photograph]]:
+    """Find images by our ids; where some are not ours, by the ids of a ground truth file."""
+    ours = repository.images_by_id(session, ids)
+    if len(ours) == len(set(ids)):
+        return {key: [Photograph.of(image)] for key, image in ours.items()}
+    files = repository.images_of_ground_truth(session, ids)
+    if len(files) != 1:
+        return {key: [Photograph.of(image)] for key, image in ours.items()}
+    return {key: [Photograph.of_truth(image)] for key, image in files[0].items()}
+
+
+def _by_name(
+    session: Session, names: Sequence[str], camera_id: int | None
+) -> dict[ImageKey, list[Photograph]]:
+    """Find images by name; one that is absent only where none with the name is here."""
+    here = repository.images_by_name(session, names, camera_id)
+    found: dict[ImageKey, list[Photograph]] = {
+        name: [Photograph.of(image) for image in images] for name, images in here.items()
+    }
+    others = [name for name in names if name not in here]
+    for name, absent in repository.absent_by_name(session, others).items():
+        found[name] = [Photograph.of_truth(image) for image in absent]
+    return found
+
+
 def _which(key: ImageKey, count: int, camera_id: int | None) -> str:
     where = "" if camera_id is None else f" of camera {camera_id}"
     if count == 0:
-        return f"there is no image {key!r}{where}; import the images first"
+        return (
+            f"there is no image {key!r}{where}; "
+            "import the images first, or ground truth that names it"
+        )
     advice = "give the camera" if camera_id is None else "use image ids"
     return f"{count} images{where} have the name {key!r}; {advice}"
 
 
-def _columns(box: ResultBox, image: Image) -> dict[str, Any]:
+def _columns(box: ResultBox, image: Photograph) -> dict[str, Any]:
     if (
         box.x2_px <= 0
         or box.y2_px <= 0

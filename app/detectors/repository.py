@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from app.db import find
 from app.paging import Paging, fetch_page
 from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
+from app.tables.groundtruth import GroundTruthImage
 from app.tables.identity import AuditEntry
 from app.tables.imagery import Image
 from app.tables.runs import Run
@@ -138,6 +139,37 @@ def images_by_name(
         for image in session.scalars(statement):
             found.setdefault(image.file_name, []).append(image)
     return found
+
+
+def absent_by_name(session: Session, names: Sequence[str]) -> dict[str, list[GroundTruthImage]]:
+    """Return the photographs with these names that people drew boxes in and that are not here.
+
+    Of one that two files speak of the first is enough: detections are stored by its content.
+    """
+    found: dict[str, dict[str, GroundTruthImage]] = {}
+    for start in range(0, len(names), _IDS_AT_ONCE):
+        statement = sa.select(GroundTruthImage).where(
+            GroundTruthImage.base_name.in_(names[start : start + _IDS_AT_ONCE]),
+            GroundTruthImage.image_id.is_(None),
+        )
+        for image in session.scalars(statement.order_by(GroundTruthImage.id)):
+            found.setdefault(image.base_name, {}).setdefault(image.content_sha256, image)
+    return {name: list(images.values()) for name, images in found.items()}
+
+
+def images_of_ground_truth(
+    session: Session, coco_ids: Sequence[int]
+) -> list[dict[int, GroundTruthImage]]:
+    """Return the images with these ids for each ground truth file that has them all."""
+    by_file: dict[int, dict[int, GroundTruthImage]] = {}
+    for start in range(0, len(coco_ids), _IDS_AT_ONCE):
+        statement = sa.select(GroundTruthImage).where(
+            GroundTruthImage.coco_id.in_(coco_ids[start : start + _IDS_AT_ONCE]),
+            GroundTruthImage.file_id.is_not(None),
+        )
+        for image in session.scalars(statement):
+            by_file.setdefault(image.file_id or 0, {})[image.coco_id or 0] = image
+    return [images for images in by_file.values() if len(images) == len(set(coco_ids))]
 
 
 def add_detections(

@@ -96,10 +96,12 @@ def import_detections(
 
     `file` is a list of `{"image_id", "category_id", "bbox": [x, y, width, height], "score"}`, or an
     object with `annotations` and maybe `images` and `categories`. `image_id` is a file name or an
-    id: of the `images` list (in the file, or in the field `images`), else our own. Images without
-    boxes get an empty set if the list of images names them. Vessels are, in this order: what
-    `categories` says; categories named boat, ship or vessel; category 9 (COCO's boat); the file's
-    only category, if it is 0, 1 or 8. Other boxes are ignored and counted.
+    id: of the `images` list (in the file, or in the field `images`), else our own, else that of the
+    one ground truth file that has them all. Photographs that are absent here may be named if there
+    is ground truth of them. Images without boxes get an empty set if the list of images names them.
+    Vessels are, in this order: what `categories` says; categories named boat, ship or vessel;
+    category 9 (COCO's boat); the file's only category, if it is 0, 1 or 8. Other boxes are ignored
+    and counted.
     """
     outcome = actions.import_detections(
         database,

@@ -49,12 +49,17 @@ AREAS_PX2 = {
 
 @dataclass(frozen=True, eq=False)
 class TrueBoxes:
-    """Boxes by people (n): image index, x y width height (n, 4) px, area px² and crowd flags."""
+    """Boxes by people (n): image index, x y width height (n, 4) px, area px² and crowd flags.
+
+    `has_id_0`: pycocotools marks what was not found with 0, so a box whose id is 0 is taken by the
+    detection on it, and that detection counts as wrong.
+    """
 
     image: IntArray
     xywh_px: FloatArray
     area_px2: FloatArray
     is_crowd: BoolArray
+    has_id_0: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,6 +207,7 @@ def _match(
         question, threshold, member = np.nonzero(took)
         taken[question, threshold, chosen[took]] = True
         on_ignored[question, threshold, members[member]] = ignored[question, chosen[took]]
+        matched[:, :, members] &= ~truth.has_id_0[chosen]
     return matched, on_ignored
 
 

@@ -38,6 +38,7 @@ SECTIONS = (
     ("Reviews", "/evaluation/reviews"),
     ("Matching", "/evaluation/matching"),
     ("Projection", "/evaluation/projection"),
+    ("Detectors", "/evaluation/detectors"),
 )
 BY_NAMES = {
     By.TYPE: "Vessel type",

@@ -56,3 +56,28 @@ RELATED: tuple[RelatedSystem, ...] = (
     RelatedSystem("Qu et al. 2022", 81.42, f"Overall accuracy; {_NOT_SAID}"),
     RelatedSystem("Gülsoylu et al. 2024", 74.76, f"Accuracy on average; {_NOT_SAID}"),
 )
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedDetector:
+    """A detector of the paper's table: AP at 0.5 to 0.95, AP at 0.5, AR at 100; both class sets."""
+
+    name: str
+    moving: tuple[float, float, float]
+    all_classes: tuple[float, float, float]
+
+
+DETECTOR_SOURCE = (
+    "BONK-pose paper, table of detectors: 1,000 images of 2560 x 1920 px, detectors trained on "
+    "COCO as published, its class boat against all boxes of the class set"
+)
+DETECTORS: tuple[PublishedDetector, ...] = (
+    PublishedDetector("YOLOX-X", (0.626, 0.805, 0.756), (0.398, 0.588, 0.514)),
+    PublishedDetector("YOLOX-L", (0.603, 0.794, 0.746), (0.363, 0.550, 0.473)),
+    PublishedDetector("YOLOX-S", (0.542, 0.764, 0.698), (0.277, 0.457, 0.429)),
+    PublishedDetector("YOLOv3", (0.379, 0.659, 0.549), (0.232, 0.476, 0.332)),
+    PublishedDetector("DETR", (0.451, 0.696, 0.645), (0.278, 0.513, 0.398)),
+    PublishedDetector("Deformable DETR", (0.510, 0.737, 0.703), (0.337, 0.562, 0.447)),
+    PublishedDetector("Deformable DETR, two-stage", (0.585, 0.775, 0.761), (0.372, 0.571, 0.531)),
+    PublishedDetector("Cascade R-CNN r50", (0.511, 0.725, 0.680), (0.309, 0.527, 0.427)),
+)
