@@ -28,6 +28,8 @@ from app.deletions import pages as deletion_pages
 from app.deletions import router as deletions
 from app.detectors import pages as detector_pages
 from app.detectors import router as detectors
+from app.evaluation import detector_pages as detector_table_pages
+from app.evaluation import detector_router as detector_table
 from app.evaluation import pages as evaluation_pages
 from app.evaluation import projection_pages as projection_table_pages
 from app.evaluation import projection_router as projection_table
@@ -91,6 +93,7 @@ REST = (
     reviews,
     evaluation,
     projection_table,
+    detector_table,
     ground_truth,
     guideline,
     exports,
@@ -123,6 +126,7 @@ PAGES = (
     review_pages,
     evaluation_pages,
     projection_table_pages,
+    detector_table_pages,
     guideline_pages,
     calibration_set_pages,
     export_pages,
