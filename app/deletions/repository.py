@@ -8,7 +8,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.orm import Session, aliased
 
-from app.db import Base, find
+from app.db import Base, find, now
 from app.paging import Paging, fetch_page
 from app.tables.ais import AisFile
 from app.tables.deletion import WITH_DELETED, Deletable, Deletion
@@ -96,10 +96,19 @@ def hide(session: Session, going: Extent, deletion: Deletion) -> None:
         session.execute(
             sa.update(table)
             .where(table.id.in_(ids), table.deleted_at.is_(None))
-            .values(deleted_at=deletion.deleted_at, deletion_id=deletion.id)
+            .values(
+                deleted_at=deletion.deleted_at,
+                deletion_id=deletion.id,
+                **_changed(table, deletion.deleted_at),
+            )
             .execution_options(synchronize_session=False)
         )
     session.expire_all()
+
+
+def _changed(table: type[Any], moment: datetime) -> dict[str, datetime]:
+    """Return the column that tells exports of the change, where a table has it."""
+    return {"changed_at": moment} if table in {Image, Run} else {}
 
 
 def show(session: Session, deletion: Deletion) -> None:
@@ -108,7 +117,7 @@ def show(session: Session, deletion: Deletion) -> None:
         session.execute(
             sa.update(table)
             .where(table.deletion_id == deletion.id)
-            .values(deleted_at=None, deletion_id=None)
+            .values(deleted_at=None, deletion_id=None, **_changed(table, now()))
             .execution_options(synchronize_session=False)
         )
     session.expire_all()

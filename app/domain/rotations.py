@@ -25,3 +25,16 @@ def matrix_from_rotvec(rotvec: npt.ArrayLike) -> FloatArray:
 
     R, _ = cv2.Rodrigues(frozen_array("rotation", rotvec, (3,)).copy())
     return np.asarray(R, dtype=np.float64)
+
+
+def matrices_from_rotvecs(rotvecs: npt.ArrayLike) -> FloatArray:
+    """Rotations (n, 3, 3) of Rodrigues vectors (n, 3), all at once (O. Rodrigues' formula)."""
+    vectors = np.asarray(rotvecs, dtype=np.float64).reshape(-1, 3)
+    angles = np.sqrt((vectors * vectors).sum(axis=1))
+    axes = vectors / np.where(angles > 0, angles, 1)[:, None]
+    x, y, z = axes.T
+    zero = np.zeros_like(x)
+    K = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    sines, cosines = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
+    R: FloatArray = np.eye(3) + sines * K + (1 - cosines) * (K @ K)
+    return R

@@ -4,9 +4,10 @@ An export belongs to the person who asked for it; nobody else finds it, because 
 with that person's rights.
 """
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Request, Response
+from fastapi.responses import PlainTextResponse
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
@@ -15,6 +16,8 @@ from app.delivery import immutable_headers, is_known, not_modified, send_stream,
 from app.dependencies import JobsDep, PagingDep, SessionDep, StorageDep
 from app.errors import Conflict
 from app.exports import service
+from app.exports.filters import ExportOptions
+from app.exports.formats import file_kind
 from app.exports.rights import (
     exportable_sites,
     own_export,
@@ -22,8 +25,9 @@ from app.exports.rights import (
     refuse_lost_rights,
 )
 from app.exports.schemas import ExportIn, ExportOut
+from app.exports.writers.datasheet import datasheet
 from app.paging import Page
-from app.tables.exports import ExportStatus
+from app.tables.exports import Export, ExportStatus
 
 router = APIRouter(tags=["exports"], route_class=IdempotentRoute)
 RETRY_AFTER_S = 1
@@ -37,15 +41,8 @@ def request_export(
 ) -> ExportOut:
     """Ask for an export; a worker writes it. Vessel ids are pseudonyms unless said otherwise."""
     sites = exportable_sites(session, access, body.filters, anonymise=body.anonymise)
-    export = service.request_export(
-        session,
-        jobs,
-        format_name=body.format,
-        filters=body.filters,
-        site_ids=sites,
-        anonymise=body.anonymise,
-        user_id=access.user_id,
-    )
+    asked = service.Request(body.format, body.filters, body.options(), sites, body.anonymise)
+    export = service.request_export(session, jobs, asked, access.user_id)
     record(session, access, "request", "export", export.id, site_id=body.filters.site_id)
     response.headers["Location"] = f"/api/v1/exports/{export.id}"
     response.headers["Retry-After"] = str(RETRY_AFTER_S)
@@ -70,6 +67,39 @@ def get_export(
     return ExportOut.of(export)
 
 
+@router.post("/exports/{export_id}/cancel")
+def cancel_export(
+    export_id: int, session: SessionDep, jobs: JobsDep, access: Exporter
+) -> ExportOut:
+    """Stop an export that waits or is being written; 409 for one that has ended."""
+    export = own_export(session, access, export_id)
+    service.cancel_export(session, jobs, export)
+    record(session, access, "cancel", "export", export.id)
+    return ExportOut.of(export)
+
+
+@router.get("/exports/{export_id}/manifest")
+def get_manifest(export_id: int, session: SessionDep, access: Exporter) -> dict[str, Any]:
+    """Tell what an export holds and where it comes from: filters, counts, runs, files, code."""
+    export = own_export(session, access, export_id)
+    refuse_lost_rights(session, access, export)
+    return _manifest(export)
+
+
+@router.get("/exports/{export_id}/datasheet", response_class=PlainTextResponse)
+def get_datasheet(export_id: int, session: SessionDep, access: Exporter) -> Response:
+    """Return an export's datasheet (Markdown), with the paper's tables for its selection."""
+    export = own_export(session, access, export_id)
+    refuse_lost_rights(session, access, export)
+    return PlainTextResponse(datasheet(_manifest(export)), media_type="text/markdown")
+
+
+def _manifest(export: Export) -> dict[str, Any]:
+    if export.manifest is None:
+        raise Conflict(f"the export is {export.status.value}; ask again once it has succeeded")
+    return {**export.manifest, "sha256": export.sha256, "size_bytes": export.size_bytes}
+
+
 @router.get("/exports/{export_id}/download", response_class=Response)
 def download_export(
     export_id: int, request: Request, session: SessionDep, storage: StorageDep, access: Exporter
@@ -79,7 +109,7 @@ def download_export(
     refuse_lost_rights(session, access, export)
     if export.sha256 is None or export.size_bytes is None:
         raise Conflict(f"the export is {export.status.value}; download it once it has succeeded")
-    _, media_type, suffix = service.WRITERS[export.format]
+    media_type, suffix = file_kind(export.format, ExportOptions.model_validate(export.options))
     etag = f'"{export.sha256}"'
     name = f"quaymark-export-{export.id}.{suffix}"
     headers = immutable_headers(etag, f'attachment; filename="{name}"')

@@ -35,5 +35,8 @@ class MakeExport:
         service.begin(self._runner.session(), export_id)
 
     def _write(self, export_id: int) -> None:
-        stored, count = service.make_file(self._database, self._storage, export_id)
-        service.finish(self._runner.session(), export_id, stored, count)
+        try:
+            stored, what = service.make_file(self._database, self._storage, export_id)
+        except service.NoLongerWanted:
+            return
+        service.finish(self._runner.session(), export_id, stored, what)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from app.db import Database, now
-from app.exports import service
+from app.exports.making import write_export
 from app.tables.exports import Export
 from app.tables.identity import User
 from app.tables.reviews import Correction, CorrectionKind
@@ -79,7 +79,7 @@ def exported(database: Database, run_id: int, **filters: str) -> list[dict[str, 
         format="ndjson", filters={"run_id": run_id, **filters}, site_ids=None, anonymise=False
     )
     target = io.BytesIO()
-    service.write_export(database, asked, target)
+    write_export(database, asked, target)
     lines = [json.loads(line) for line in target.getvalue().splitlines()]
     return [line for line in lines if line["type"] == "pose"]
 

@@ -1,0 +1,195 @@
+"""SQL of what an export writes of its poses: by primary key, a few thousand at a time.
+
+The JSON columns of a pose come as one text, so that they cost one call instead of six.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import orjson
+import sqlalchemy as sa
+from sqlalchemy.orm import Session
+
+from app.exports.id_lists import among
+from app.exports.writers.records import ImageRecord
+from app.tables.ais import Vessel
+from app.tables.detection import Detection
+from app.tables.imagery import Image
+from app.tables.reviews import Correction
+from app.tables.runs import Match, Pose, VesselStateRow
+
+SUFFIXES = {"image/jpeg": ".jpg", "image/png": ".png", "image/webp": ".webp", "image/tiff": ".tif"}
+_poses, _matches, _boxes, _states, _images = (
+    each.__table__.c for each in (Pose, Match, Detection, VesselStateRow, Image)
+)
+_corrections = Correction.__table__.c
+
+
+def _json_list(*columns: sa.ColumnElement[Any]) -> sa.ColumnElement[str]:
+    """Return JSON columns as the text of one list; what is not there is null."""
+    text: sa.ColumnElement[Any] = sa.literal("[", sa.Text)
+    for number, column in enumerate(columns):
+        if number:
+            text = text.concat(sa.literal(",", sa.Text))
+        text = text.concat(sa.func.coalesce(sa.cast(column, sa.Text), sa.literal("null", sa.Text)))
+    return text.concat(sa.literal("]", sa.Text))
+
+
+_POSE_ROWS = sa.select(
+    _poses.id,
+    _poses.run_id,
+    _poses.image_id,
+    _poses.mmsi,
+    _boxes.x1_px,
+    _boxes.y1_px,
+    _boxes.x2_px,
+    _boxes.y2_px,
+    _boxes.score,
+    _matches.cost,
+    _poses.lat_deg,
+    _poses.lon_deg,
+    _poses.center_height_m,
+    _poses.heading_deg,
+    _states.heading_source,
+    _states.age_s,
+    _poses.length_m,
+    _poses.width_m,
+    _poses.height_m,
+    _poses.heading_sigma_deg,
+    _poses.height_sigma_m,
+    _poses.person_made,
+    _json_list(
+        _poses.centroid_in_cam_m,
+        _poses.rotvec_cam_from_vessel,
+        _poses.corners_in_image_px,
+        _poses.correction_in_enu_m,
+        _poses.position_covariance_in_enu_m2,
+        _poses.flags,
+    ),
+).select_from(
+    Pose.__table__.join(Match.__table__, _matches.id == _poses.match_id)
+    .join(Detection.__table__, _boxes.id == _matches.detection_id)
+    .join(VesselStateRow.__table__, _states.id == _matches.vessel_state_id)
+)
+
+
+def pose_rows(session: Session, pose_ids: Sequence[int]) -> Sequence[Any]:
+    """Return poses with boxes, costs and states, in the order of their ids."""
+    return session.execute(_POSE_ROWS.where(among(_poses.id, pose_ids)).order_by(_poses.id)).all()
+
+
+def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]:
+    """Return photographs by id, under their own names."""
+    rows = session.execute(
+        sa.select(
+            _images.id,
+            _images.file_name,
+            _images.sha256,
+            _images.width_px,
+            _images.height_px,
+            _images.captured_at,
+            _images.camera_id,
+            _images.media_type,
+        ).where(among(_images.id, image_ids))
+    )
+    return {row[0]: ImageRecord(*row[:7], SUFFIXES.get(row[7], "")) for row in rows}
+
+
+class Corrected(NamedTuple):
+    """A pose as a person would have it."""
+
+    kind: str
+    mmsi: int
+    lat_deg: float
+    lon_deg: float
+    center_height_m: float
+    heading_deg: float
+    length_m: float
+    width_m: float
+    height_m: float
+    cost: float | None
+    centroid_in_cam_m: list[float]
+    rotvec_cam_from_vessel: list[float]
+    corners_in_image_px: list[list[float] | None]
+    flags: list[str]
+
+
+def corrections(session: Session, pose_ids: Sequence[int]) -> dict[int, Corrected]:
+    """Return the newest corrections of some poses, unless they are deleted."""
+    rows = session.execute(
+        sa.select(
+            _corrections.pose_id,
+            _corrections.deleted_at.is_(None),
+            sa.cast(_corrections.kind, sa.Text),
+            _corrections.mmsi,
+            _corrections.lat_deg,
+            _corrections.lon_deg,
+            _corrections.center_height_m,
+            _corrections.heading_deg,
+            _corrections.length_m,
+            _corrections.width_m,
+            _corrections.height_m,
+            _corrections.cost,
+            _json_list(
+                _corrections.centroid_in_cam_m,
+                _corrections.rotvec_cam_from_vessel,
+                _corrections.corners_in_image_px,
+                _corrections.flags,
+            ),
+        )
+        .where(among(_corrections.pose_id, pose_ids))
+        .order_by(_corrections.version)
+    )
+    newest = {row[0]: row for row in rows}
+    return {
+        pose_id: Corrected(*row[2:12], *orjson.loads(row[12]))
+        for pose_id, row in newest.items()
+        if row[1]
+    }
+
+
+def states(
+    session: Session, run_ids: Sequence[int], image_ids: Sequence[int]
+) -> Mapping[int, Sequence[Any]]:
+    """Return the vessel states of some photographs in some runs, by photograph."""
+    rows = session.execute(
+        sa.select(
+            _states.image_id,
+            _states.run_id,
+            _states.mmsi,
+            _states.lat_deg,
+            _states.lon_deg,
+            _states.heading_deg,
+            _states.speed_kn,
+            _states.age_s,
+            _states.to_bow_m,
+            _states.to_stern_m,
+            _states.to_port_m,
+            _states.to_starboard_m,
+        )
+        .where(_states.run_id.in_(run_ids), among(_states.image_id, image_ids))
+        .order_by(_states.id)
+    )
+    found: dict[int, list[Any]] = {}
+    for row in rows:
+        found.setdefault(row[0], []).append(row)
+    return found
+
+
+def vessel_names(session: Session, mmsis: Sequence[int]) -> Iterator[tuple[int, str | None]]:
+    """Give (MMSI, name) of vessels, a vessel nobody heard the name of included."""
+    vessels = Vessel.__table__.c
+    names: dict[int, str | None] = {}
+    for start in range(0, len(mmsis), 1000):
+        some = mmsis[start : start + 1000]
+        rows = session.execute(
+            sa.select(vessels.mmsi, vessels.name).where(among(vessels.mmsi, some))
+        )
+        names |= {row[0]: row[1] for row in rows}
+    for mmsi in mmsis:
+        yield mmsi, names.get(mmsi)
+
+
+def rematched(session: Session) -> Sequence[int]:
+    """Return the vessels that people chose instead of others."""
+    return session.scalars(sa.select(_corrections.mmsi).distinct()).all()

@@ -1,0 +1,197 @@
+"""SQL of what an export selects: first only ids, of which a million fit into a few megabytes.
+
+All else is read by primary key afterwards, so that no filter makes a plan that sorts or scans the
+wide rows. Core tables are asked, not mapped classes: what is deleted is left out here by name.
+"""
+
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import sqlalchemy as sa
+from sqlalchemy.orm import Session
+
+from app.exports.filters import UNGRADED, ExportFilters
+from app.exports.verdict_repository import counted_grade, pose_state, standing_review
+from app.tables.imagery import Image
+from app.tables.reviews import Correction, Review
+from app.tables.runs import Pose, Run
+
+ROWS_AT_ONCE = 20_000
+# A transaction that was under way then may have ended after what it wrote was dated.
+OVERLAP = timedelta(minutes=1)
+_poses, _runs, _images = (each.__table__.c for each in (Pose, Run, Image))
+_reviews, _corrections = Review.__table__.c, Correction.__table__.c
+_JOINED = sa.join(
+    sa.join(Pose.__table__, Run.__table__, _runs.id == _poses.run_id),
+    Image.__table__,
+    _images.id == _poses.image_id,
+)
+_PRESENT = (_images.deleted_at.is_(None), _runs.deleted_at.is_(None))
+Ids = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """The selected poses by id: with photograph, run and vessel, row by row."""
+
+    pose_ids: Ids
+    image_ids: Ids
+    run_ids: Ids
+    mmsis: Ids
+
+
+class PoseSelection:
+    """The poses that an export's filters select, of the sites it may take them from."""
+
+    def __init__(
+        self, filters: ExportFilters, site_ids: Sequence[int] | None, mmsi: int | None
+    ) -> None:
+        self._filters = filters
+        self._scope = list(_scope(filters, site_ids))
+        self._conditions = [*_PRESENT, *self._scope, *_conditions(filters, mmsi)]
+
+    def statement(self) -> sa.Select[Any]:
+        """Return the query of ids, in order."""
+        source: Any = _JOINED
+        if self._filters.updated_since is not None:
+            changed = changed_since(self._filters.updated_since).subquery()
+            source = _JOINED.join(changed, changed.c.id == _poses.id)
+        return (
+            sa.select(_poses.id, _poses.image_id, _poses.run_id, _poses.mmsi)
+            .select_from(source)
+            .where(*self._conditions)
+            .order_by(_poses.id)
+        )
+
+    def chosen(self, session: Session) -> Chosen:
+        """Read which poses are selected."""
+        columns = [array("q") for _ in range(4)]
+        rows = session.execute(self.statement(), execution_options={"yield_per": ROWS_AT_ONCE})
+        for some in rows.partitions():
+            for column, values in zip(columns, zip(*some, strict=True), strict=True):
+                column.extend(values)
+        return Chosen(*(np.frombuffer(column, np.int64) for column in columns))
+
+    def gone(self, session: Session, chosen: Chosen) -> Iterator[int]:
+        """Give the ids that changed and are not selected (any more), in order."""
+        moment = self._filters.updated_since
+        if moment is None:
+            return
+        changed = changed_since(moment).subquery()
+        ids = session.scalars(
+            sa.select(_poses.id)
+            .select_from(_JOINED.join(changed, changed.c.id == _poses.id))
+            .where(*self._scope)
+            .order_by(_poses.id)
+        ).all()
+        yield from np.setdiff1d(np.array(ids, np.int64), chosen.pose_ids).tolist()
+
+
+def changed_since(moment: datetime) -> sa.CompoundSelect[Any]:
+    """Return the query of the poses that were made, judged, corrected or hidden since a moment.
+
+    Each of its parts is an index's range, so that it costs what changed and not what there is.
+    """
+    since = moment - OVERLAP
+    of_review, of_correction = _reviews.pose_id.label("id"), _corrections.pose_id.label("id")
+    of_pose = _poses.id.label("id")
+    return sa.union(
+        sa.select(of_pose).where(_poses.created_at >= since),
+        sa.select(of_review).where(_reviews.created_at >= since),
+        sa.select(of_review).where(_reviews.replaced_at >= since),
+        sa.select(of_correction).where(_corrections.created_at >= since),
+        sa.select(of_correction).where(_corrections.deleted_at >= since),
+        sa.select(of_pose)
+        .join(Image.__table__, _images.id == _poses.image_id)
+        .where(_images.changed_at >= since),
+        sa.select(of_pose)
+        .join(Run.__table__, _runs.id == _poses.run_id)
+        .where(_runs.changed_at >= since),
+    )
+
+
+def _scope(
+    filters: ExportFilters, site_ids: Sequence[int] | None
+) -> Iterator[sa.ColumnElement[bool]]:
+    """Give the conditions that hold for a pose for ever, so also for one that is deleted."""
+    if site_ids is not None:
+        yield _runs.site_id.in_(list(site_ids))
+    for column, value in (
+        (_poses.run_id, filters.run_id),
+        (_runs.site_id, filters.site_id),
+        (_images.camera_id, filters.camera_id),
+        (_runs.viewport_id, filters.viewport_id),
+        (_poses.image_id, filters.image_id),
+        (_poses.person_made, filters.person_made),
+    ):
+        if value is not None:
+            yield column == value
+
+
+def _conditions(filters: ExportFilters, mmsi: int | None) -> Iterator[sa.ColumnElement[bool]]:
+    if mmsi is not None:
+        yield _of_vessel(mmsi, corrected=filters.poses == "corrected")
+    if filters.since is not None:
+        yield _images.captured_at >= filters.since
+    if filters.until is not None:
+        yield _images.captured_at < filters.until
+    if filters.grade:
+        yield _graded(filters.grade, filters.verdict or "standing")
+    if filters.state is not None:
+        yield pose_state(_poses.id, filters.state)
+    if filters.reviewer is not None:
+        yield standing_review(_poses.id, _reviews.user_id == filters.reviewer)
+    if filters.flag is not None:
+        yield sa.cast(_poses.flags, sa.Text).contains(f'"{filters.flag}"', autoescape=True)
+    if filters.corrected is not None:
+        yield _is_corrected() if filters.corrected else ~_is_corrected()
+    yield from _ranged(filters)
+
+
+def _ranged(filters: ExportFilters) -> Iterator[sa.ColumnElement[bool]]:
+    distance_m2 = sum(
+        _poses.centroid_in_cam_m[axis].as_float() * _poses.centroid_in_cam_m[axis].as_float()
+        for axis in range(3)
+    )
+    if filters.range_min_m is not None:
+        yield distance_m2 >= filters.range_min_m**2
+    if filters.range_max_m is not None:
+        yield distance_m2 <= filters.range_max_m**2
+
+
+def _graded(grades: Sequence[str], verdict: str) -> sa.ColumnElement[bool]:
+    wanted = [grade for grade in grades if grade != UNGRADED]
+    grade = counted_grade(_poses.id, verdict)
+    conditions = [grade.in_(wanted)] if wanted else []
+    if UNGRADED in grades:
+        conditions.append(grade.is_(None))
+    return sa.or_(*conditions)
+
+
+def _of_vessel(mmsi: int, *, corrected: bool) -> sa.ColumnElement[bool]:
+    """Whether a pose is of a vessel; with corrections, whether it is written as of that one."""
+    if not corrected:
+        return _poses.mmsi == mmsi
+    newest = (
+        sa.select(_corrections.mmsi)
+        .where(_corrections.pose_id == _poses.id, _newest_and_kept())
+        .scalar_subquery()
+    )
+    return sa.func.coalesce(newest, _poses.mmsi) == mmsi
+
+
+def _is_corrected() -> sa.Exists:
+    return sa.exists().where(_corrections.pose_id == _poses.id, _newest_and_kept())
+
+
+def _newest_and_kept() -> sa.ColumnElement[bool]:
+    newer = Correction.__table__.alias()
+    later = sa.exists().where(
+        newer.c.pose_id == _corrections.pose_id, newer.c.version > _corrections.version
+    )
+    return _corrections.deleted_at.is_(None) & ~later

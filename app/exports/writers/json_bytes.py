@@ -1,0 +1,31 @@
+"""JSON as all writers write it: compact, exact, the same bytes for the same values."""
+
+import json
+from datetime import datetime
+
+import orjson
+
+
+def json_bytes(value: object) -> bytes:
+    """Return compact JSON in UTF-8, keys in the order they come in."""
+    return orjson.dumps(value)
+
+
+def sorted_json(value: object, *, indent: bool = False) -> bytes:
+    """Return JSON whose keys are in order at every depth, whatever kept them."""
+    option = orjson.OPT_SORT_KEYS | (orjson.OPT_INDENT_2 if indent else 0)
+    return orjson.dumps(value, option=option)
+
+
+def ascii_json(value: object) -> bytes:
+    """Return compact JSON in ASCII, for formats whose readers also end lines at U+2028.
+
+    Raises ValueError for NaN and infinity.
+    """
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False, sort_keys=True)
+    return text.encode()
+
+
+def moment_text(moment: datetime) -> str:
+    """Return a moment in UTC as ISO 8601 with Z."""
+    return moment.isoformat().replace("+00:00", "Z")
