@@ -60,6 +60,8 @@ class FusionSettings:
     # Matching `likelihood` only: what is probable before looking.
     unidentified_per_image: float = 1.0  # detections that show no vessel with AIS
     detected_share: float = 0.8  # of the vessels with AIS in the image
+    score_weight: float = 0.0  # how much a detection's score counts: log odds per logit
+    score_center: float = 0.0  # the logit of the score that speaks neither for nor against
     series_gap_s: float = 15.0  # images at most so far apart are a series: vessels are followed
     # Preset `waterline` and matching `likelihood`: one sigma of what they estimate beside the
     # vessels, and of box edges.
@@ -79,6 +81,8 @@ class FusionSettings:
             ("image_margin", 0.0, 10.0),
             ("unidentified_per_image", 1e-6, 1e6),
             ("detected_share", 1e-6, 1 - 1e-6),
+            ("score_weight", 0.0, 10.0),
+            ("score_center", -10.0, 10.0),
             ("series_gap_s", 0.0, 600.0),
             ("level_sigma_m", 1e-6, float("inf")),
             ("level_window_s", 0.0, float("inf")),

@@ -16,6 +16,7 @@ from app.domain.camera import Camera
 from app.domain.edge_evidence import edge_mixing
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import HullEdges
+from app.domain.priors import Priors
 from app.domain.seen_boxes import Scene, SeenBoxes
 
 _HOPELESS_SIGMAS = 10.0
@@ -87,7 +88,7 @@ class PairEvidence:
             by_shared=mixing @ hulls.by_shared[column],
             background=boxes.background(camera, row, used),
             px_per_m=hulls.px_per_m[column],
-            prior=_odds_of_pairs(settings) + np.where(boxes.is_unit[row], _ODDS_OF_UNIT, 0.0),
+            prior=_odds_before_looking(boxes, settings)[row],
         )
 
 
@@ -117,7 +118,13 @@ def _mixing(
     return mixing, np.asarray(mixing.any(axis=2))
 
 
-def _odds_of_pairs(settings: FusionSettings) -> float:
-    """Return the log odds of any pair before looking: detected at all, against without AIS."""
-    detected = settings.detected_share
-    return log(detected / (1 - detected)) - log(settings.unidentified_per_image)
+def _odds_before_looking(boxes: SeenBoxes, settings: FusionSettings) -> FloatArray:
+    """Return the log odds (n,) of a pair of each box: detected at all, against without AIS."""
+    before = Priors(
+        settings.unidentified_per_image,
+        settings.detected_share,
+        settings.score_weight,
+        settings.score_center,
+    )
+    odds = np.array([before.log_odds(box.score) for box in boxes.all])
+    return odds + np.where(boxes.is_unit, _ODDS_OF_UNIT, 0.0)
