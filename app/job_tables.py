@@ -15,6 +15,7 @@ from typing import Any
 import sqlalchemy as sa
 
 ENGINE_SCHEMA = "dbos"
+LONGEST_REASON = 500
 _UNENDED = ("ENQUEUED", "PENDING", "DELAYED")
 _metadata = sa.MetaData()
 _status = sa.Table(
@@ -36,6 +37,13 @@ _input = sa.Table(
     _metadata,
     sa.Column("workflow_uuid", sa.Text, primary_key=True),
     sa.Column("inputs", sa.Text),
+    schema=ENGINE_SCHEMA,
+)
+_output = sa.Table(
+    "workflow_output",
+    _metadata,
+    sa.Column("workflow_uuid", sa.Text, primary_key=True),
+    sa.Column("error", sa.Text),
     schema=ENGINE_SCHEMA,
 )
 # What is kept of a job under its id; the datasource's notes would make a job of the same id skip
@@ -88,6 +96,7 @@ class Job:
     created_at: datetime
     started_at: datetime | None
     ended_at: datetime | None
+    error: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,8 +130,9 @@ def list_jobs(
     """Return jobs, the newest first; only the one with an id where that is given."""
     inputs = sa.func.coalesce(_input.c.inputs, _status.c.inputs).label("given")
     statement = (
-        sa.select(_status, inputs)
+        sa.select(_status, inputs, _output.c.error)
         .outerjoin(_input, _input.c.workflow_uuid == _status.c.workflow_uuid)
+        .outerjoin(_output, _output.c.workflow_uuid == _status.c.workflow_uuid)
         .order_by(_status.c.created_at.desc(), _status.c.workflow_uuid)
         .limit(limit)
         .offset(offset)
@@ -140,9 +150,19 @@ def list_jobs(
             created_at=_moment(row.created_at),
             started_at=row.started_at_epoch_ms and _moment(row.started_at_epoch_ms),
             ended_at=row.completed_at and _moment(row.completed_at),
+            error=_reason(row.error),
         )
         for row in _here(connection).execute(statement)
     ]
+
+
+def _reason(error: str | None) -> str | None:
+    """Return the first line of what a job failed with."""
+    if not error:
+        return None
+    told = json.loads(error)
+    message = str(told.get("message", "") if isinstance(told, dict) else told).strip()
+    return message.splitlines()[0][:LONGEST_REASON] if message else None
 
 
 def _moment(epoch_ms: int) -> datetime:

@@ -41,6 +41,7 @@ class JobQueue(StrEnum):
 
     RUNS = "runs"
     SHORT = "short"
+    MAIL = "mail"
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,6 +239,11 @@ class JobRunner:
             "isolation_level": "SERIALIZABLE" if self._is_sqlite else "READ COMMITTED",
         }
         return self._datasource.run_tx_step(options, advance)
+
+    @staticmethod
+    def sleep(seconds: float) -> None:
+        """Let a job pause between two steps; a worker that takes it over waits the rest only."""
+        DBOS.sleep(seconds)
 
     def session(self) -> Session:
         """Return the open step's session."""

@@ -7,13 +7,13 @@ from fastapi.responses import RedirectResponse, Response
 from sqlalchemy.orm import Session
 
 from app.admin import service
-from app.auth import links, second_factor, users
+from app.auth import links, mailed_links, second_factor, users
 from app.auth import service as auth
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.auth.links import HandedOut
 from app.config import Settings
-from app.dependencies import PagingDep, SessionDep, SettingsDep
+from app.dependencies import JobsDep, PagingDep, SessionDep, SettingsDep
 from app.errors import Conflict, Invalid
 from app.paging import Paging
 from app.reviews import queues
@@ -31,6 +31,7 @@ NOTICES = {
     "removed": "The person is removed; what they made stays, without their name.",
     "handed-over": "Their open queues and leases are handed over.",
     "withdrawn": "The invitation is withdrawn.",
+    "mailed": "A link for a new password is on its way by mail.",
     "revoked": "The token is revoked.",
 }
 
@@ -124,9 +125,19 @@ def hand_over(
 
 @router.post("/users/{user_id}/reset-link")
 def make_reset_link(
-    user_id: int, request: Request, session: SessionDep, access: Administrator
+    user_id: int,
+    request: Request,
+    session: SessionDep,
+    settings: SettingsDep,
+    jobs: JobsDep,
+    access: Administrator,
+    by: Annotated[str, Form(max_length=10)] = "",
 ) -> Response:
-    """Make a link with which a person sets a new password, and show it this once."""
+    """Make a link with which a person sets a new password, and show it this once; or mail it."""
+    if by == "mail" and settings.sends_mail:
+        user = users.user_for(session, access, user_id)
+        mailed_links.queue_reset(session, jobs, access, user)
+        return RedirectResponse("/admin/users?done=mailed", status_code=303)
     handed = links.reset(session, access, users.user_for(session, access, user_id))
     return _users(request, session, access, link=handed)
 
@@ -153,12 +164,16 @@ def change_second_factor(
 def invite(
     request: Request,
     session: SessionDep,
+    settings: SettingsDep,
+    jobs: JobsDep,
     access: Administrator,
     email: Text,
     role: Annotated[Role, Form()],
     site_id: Site = "",
+    *,
+    by_mail: Annotated[bool, Form()] = False,
 ) -> Response:
-    """Make an invitation and show its link, this once."""
+    """Make an invitation and show its link, this once; where wanted it goes by mail too."""
     try:
         handed = links.invite(
             session, access, email=email, role=role, site_id=int(site_id) if site_id else None
@@ -166,7 +181,9 @@ def invite(
     except (Invalid, Conflict) as error:
         values = {"email": email, "role": role.value, "site_id": site_id}
         return _users(request, session, access, invite_error=error.detail, values=values)
-    return _users(request, session, access, link=handed)
+    if by_mail and settings.sends_mail:
+        mailed_links.queue_invitation(session, jobs, handed.link)
+    return _users(request, session, access, link=handed, mailed=by_mail)
 
 
 @router.post("/invitations/withdraw")
@@ -214,6 +231,7 @@ def _users(
     error: str = "",
     invite_error: str = "",
     link: HandedOut | None = None,
+    mailed: bool = False,
     values: dict[str, str] | None = None,
 ) -> Response:
     found, _ = users.list_users(session, access, Paging(limit=MOST_SHOWN, after=None))
@@ -226,6 +244,8 @@ def _users(
         invite_error=invite_error,
         link=f"{_address(request)}{link.path}" if link else "",
         linked=link.link.email if link else "",
+        mailed=mailed,
+        sends_mail=request.app.state.settings.sends_mail,
         sites=auth.administered_sites(session, access),
         roles=[(role.value, role.value.capitalize()) for role in Role],
         flashes=_flashes(notice),

@@ -7,16 +7,19 @@ import segno
 from fastapi import APIRouter, Depends, Form, Query, Request
 from fastapi.responses import RedirectResponse, Response
 
-from app.auth import links, second_factor, service, totp
+from app.auth import links, mailed_links, second_factor, service, totp
 from app.auth.access import Access, allowed, public
 from app.auth.authentication import SESSION_COOKIE
 from app.auth.destination import CODE, SIGN_IN, safe_destination
 from app.auth.pages import browser_of, signed_in
-from app.dependencies import DatabaseDep, SessionDep, SettingsDep
-from app.errors import Conflict, Invalid, TooManyRequests, Unauthenticated, Unavailable
+from app.auth.sign_in_page import sentence
+from app.config import Settings
+from app.dependencies import DatabaseDep, JobsDep, SessionDep, SettingsDep
+from app.errors import Conflict, Invalid, NotFound, TooManyRequests, Unauthenticated, Unavailable
 from app.templating import page
 
 router = APIRouter()
+FORGOTTEN = "/sign-in/forgotten"
 SignedIn = Annotated[Access, allowed(None)]
 Text = Annotated[str, Form(max_length=2000)]
 Token = Annotated[str, Query(max_length=200)]
@@ -48,9 +51,12 @@ def confirm_code(
             hours=settings.session_hours,
         )
     except (Unauthenticated, TooManyRequests, Unavailable) as error:
-        told = error.detail[:1].upper() + error.detail[1:] + "."
         response = page(
-            request, "auth/code.html", status_code=error.status, next=destination, error=told
+            request,
+            "auth/code.html",
+            status_code=error.status,
+            next=destination,
+            error=sentence(error),
         )
         response.headers.update(error.headers)
         return response
@@ -103,6 +109,40 @@ def sign_out_everywhere(session: SessionDep, access: SignedIn) -> Response:
     return RedirectResponse(SIGN_IN, status_code=303)
 
 
+@router.get(FORGOTTEN, dependencies=[Depends(public)])
+def show_forgotten(request: Request, settings: SettingsDep) -> Response:
+    """Show the form for a new password by mail, where mail is sent."""
+    _demand_mail(settings)
+    return page(request, "auth/forgotten.html", sent=False, email="", error="")
+
+
+@router.post(FORGOTTEN, dependencies=[Depends(public)])
+def ask_for_mail(
+    request: Request,
+    session: SessionDep,
+    settings: SettingsDep,
+    jobs: JobsDep,
+    email: Annotated[str, Form(max_length=254)],
+) -> Response:
+    """Send a link for a new password; the answer is the same whether or not anybody is known."""
+    _demand_mail(settings)
+    try:
+        request.app.state.reset_throttle.count_wish(email, browser_of(request).address)
+    except TooManyRequests as error:
+        response = page(
+            request,
+            "auth/forgotten.html",
+            status_code=error.status,
+            sent=False,
+            email=email,
+            error=sentence(error),
+        )
+        response.headers.update(error.headers)
+        return response
+    mailed_links.queue_wished_reset(session, jobs, email.strip())
+    return page(request, "auth/forgotten.html", sent=True, email=email.strip())
+
+
 @router.get("/join", dependencies=[Depends(public)])
 def show_link(request: Request, session: SessionDep, token: Token = "") -> Response:
     """Show the form behind an invitation or a link for a new password."""
@@ -136,6 +176,11 @@ def follow_link(
             error=error.detail,
         )
     return RedirectResponse(SIGN_IN, status_code=303)
+
+
+def _demand_mail(settings: Settings) -> None:
+    if not settings.sends_mail:
+        raise NotFound("no mail server is configured")
 
 
 def _set_up(request: Request, access: Access, secret: str, error: str = "") -> Response:

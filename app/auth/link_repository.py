@@ -19,7 +19,7 @@ def by_token(session: Session, sha256: str, moment: datetime) -> AccountLink | N
     """Return the link with a token that is neither used nor expired."""
     return session.scalars(
         sa.select(AccountLink).where(
-            AccountLink.token_sha256 == sha256,
+            sa.or_(AccountLink.token_sha256 == sha256, AccountLink.mailed_sha256 == sha256),
             AccountLink.used_at.is_(None),
             AccountLink.expires_at > moment,
         )

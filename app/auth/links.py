@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from app.auth import audit, link_repository, passwords, repository, users
 from app.auth.access import Access, Scope
+from app.auth.letters import fresh_reset, path_of
 from app.auth.tokens import new_token, token_sha256
 from app.auth.users import MembershipSpec, normalised_email
 from app.db import Database, now
@@ -18,7 +19,6 @@ from app.errors import Conflict, Invalid, NotFound
 from app.tables.identity import AccountLink, LinkKind, Role, User
 
 INVITATION_LASTS = timedelta(days=7)
-RESET_LASTS = timedelta(days=1)
 NO_LINK = "this link was used already, has expired or never was; ask for a new one"
 
 
@@ -47,16 +47,18 @@ def invite(
     if site_id is not None and not repository.existing_sites(session, {site_id}):
         raise Invalid.field("site_id", f"there is no site {site_id}")
     link = AccountLink(kind=LinkKind.INVITATION, email=email, role=role, site_id=site_id)
-    return _hand_out(session, access, link, INVITATION_LASTS)
+    token = new_token()
+    link.token_sha256, link.expires_at = token_sha256(token), now() + INVITATION_LASTS
+    session.add(link)
+    return _handed_out(session, access, link, token)
 
 
 def reset(session: Session, access: Access | None, user: User) -> HandedOut:
     """Make a link with which a person sets a new password; earlier ones of theirs end."""
     if access is not None:
         access.require(Scope.ADMIN, None)
-    link_repository.drop_resets(session, user.id)
-    link = AccountLink(kind=LinkKind.PASSWORD_RESET, email=user.email, user_id=user.id)
-    return _hand_out(session, access, link, RESET_LASTS)
+    link, token = fresh_reset(session, user)
+    return _handed_out(session, access, link, token)
 
 
 def open_invitations(session: Session, access: Access) -> list[AccountLink]:
@@ -106,19 +108,15 @@ def join_from_provider(session: Session, link: AccountLink, name: str) -> User:
     return _join(session, link, None, name)
 
 
-def _hand_out(
-    session: Session, access: Access | None, link: AccountLink, lasts: timedelta
+def _handed_out(
+    session: Session, access: Access | None, link: AccountLink, token: str
 ) -> HandedOut:
-    token = new_token()
-    link.token_sha256 = token_sha256(token)
-    link.expires_at = now() + lasts
     link.created_by_id = access.user_id if access else None
-    session.add(link)
     session.flush()
     action = "invite" if link.kind is LinkKind.INVITATION else "hand out"
     details = {} if link.role is None else {"role": link.role.value}
     audit.record(session, access, action, link.kind.value, link.id, link.site_id, **details)
-    return HandedOut(link, f"/join?token={token}")
+    return HandedOut(link, path_of(token))
 
 
 def _join(session: Session, link: AccountLink, password: str | None, name: str) -> User:

@@ -18,12 +18,15 @@ from app.auth.throttle import SignInThrottle
 from app.config import Settings, tile_origin
 from app.problems import AnswerErrors
 
+RESET_WISHES, RESET_WINDOW_S = 5, 900
+
 
 def protect(app: FastAPI, settings: Settings) -> None:
     """Put the protection before the application's routes."""
     app.state.sign_in_throttle = SignInThrottle(
         settings.sign_in_attempts, settings.sign_in_window_s
     )
+    app.state.reset_throttle = SignInThrottle(RESET_WISHES, RESET_WINDOW_S)
     # The framework calls the middleware added last first.
     app.add_middleware(BodyLimits, settings=settings)
     app.add_middleware(SameOrigin, public_url=settings.public_url)

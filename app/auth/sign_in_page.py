@@ -8,6 +8,11 @@ from app.errors import AppError
 from app.templating import page
 
 
+def sentence(error: AppError) -> str:
+    """Return why something failed, as pages say it."""
+    return f"{error.detail[:1].upper()}{error.detail[1:]}."
+
+
 def sign_in_page(
     request: Request,
     destination: str,
@@ -18,7 +23,7 @@ def sign_in_page(
 ) -> Response:
     """Return the page; `destination` is where one wanted to go, a path of this site."""
     settings: Settings = request.app.state.settings
-    told = error.detail[:1].upper() + error.detail[1:] + "." if error else ""
+    told = sentence(error) if error else ""
     response = page(
         request,
         "auth/login.html",

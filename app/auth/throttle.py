@@ -77,13 +77,20 @@ class SignInThrottle:
         wait_s = max(1, ceil(leaves_at - time.time()))
         _log.warning("sign_in_throttled", by=kind, wait_s=wait_s)
         raise TooManyRequests(
-            f"too many failed sign-ins; try again in {wait_s} seconds",
+            f"too many tries; try again in {wait_s} seconds",
             headers={"Retry-After": str(wait_s)},
         )
 
     def count(self, kind: str, key: str) -> None:
         """Count a failure."""
         self._limiter.hit(self._item, kind, key)
+
+    def count_wish(self, email: str, address: str) -> None:
+        """Count a wish for a mail. Raises TooManyRequests, alike for known and unknown people."""
+        account = hashlib.sha256(email.strip().lower().encode()).hexdigest()
+        for kind, key in (("account", account), ("address", address)):
+            self.check(kind, key)
+            self.count(kind, key)
 
     def forget(self, account: str) -> None:
         """Forget an account's failures."""

@@ -20,6 +20,7 @@ class JobOut(BaseModel):
     created_at: datetime
     started_at: datetime | None
     ended_at: datetime | None
+    error: str | None = Field(description="Why it failed, in one line")
 
     @classmethod
     def of(cls, job: Job) -> Self:
@@ -34,4 +35,5 @@ class JobOut(BaseModel):
             created_at=job.created_at,
             started_at=job.started_at,
             ended_at=job.ended_at,
+            error=job.error,
         )

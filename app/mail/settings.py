@@ -21,7 +21,7 @@ class MailSettings(BaseSettings):
     smtp_sender: str = Field("", description="An address, or a name and one: Quay <quay@a.org>")
     smtp_timeout_s: float = Field(20.0, gt=0, le=300)
     smtp_pauses_s: list[float] = Field(
-        [5.0, 60.0, 300.0, 900.0], description="Before each further try, when the server fails"
+        [5.0, 60.0, 300.0], description="Before each further try, when the server fails"
     )
 
     @property

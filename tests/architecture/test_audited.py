@@ -24,7 +24,9 @@ BATCH = "a part of a batch on its way in; the batch itself leaves the line"
 OPINION = "a row of its own with author and time, replaced and never changed"
 LEASE = "a lease, which runs out by itself"
 OWN = "a person's own mark, key or exercise"
+WISH = "the job that makes the link leaves the line"
 WITHOUT = {
+    "POST /sign-in/forgotten": WISH,
     "POST /api/v1/viewports/{viewport_id:int}/solve": SHOWN,
     "POST /api/v1/ais/previews": SHOWN,
     "POST /ais": SHOWN,

@@ -5,6 +5,9 @@ a job is given up because it keeps killing its workers.
 """
 
 from collections.abc import Callable
+from typing import Protocol
+
+from sqlalchemy.orm import Session
 
 from app.config import Settings
 from app.db import Database
@@ -17,6 +20,26 @@ from worker.tasks.import_ais import ImportAis
 from worker.tasks.probe import ProbeModel
 from worker.tasks.reregister import Reregister
 from worker.tasks.run_pipeline import RunPipeline
+from worker.tasks.send_mail import letters
+
+
+class Task(Protocol):
+    """A kind of job: its name, its body, and what to write when it comes to nothing."""
+
+    @property
+    def job(self) -> str:
+        """The name of the jobs."""
+
+    @property
+    def do(self) -> Callable[..., None]:
+        """The body; called with the job's arguments."""
+
+    @property
+    def fail(self) -> Callable[..., None]:
+        """The last step of a failed job; called with a reason and the job's arguments."""
+
+    def give_up(self, session: Session, job_id: str, reason: str) -> None:
+        """Tell that a job is not tried again."""
 
 
 def register_tasks(
@@ -24,7 +47,7 @@ def register_tasks(
 ) -> Callable[[str, str], None]:
     """Register all jobs; returns what to call with (job id, reason) when one is given up."""
     storage = Storage(settings.storage_url)
-    tasks = (
+    tasks: tuple[Task, ...] = (
         RunPipeline(runner, database, storage, settings),
         MakeExport(runner, database, storage),
         ProbeModel(runner, database, storage, settings),
@@ -32,6 +55,7 @@ def register_tasks(
         Calibrate(runner, database, storage, settings),
         EstimateClock(runner, database, storage, settings),
         ImportAis(runner, database, storage, settings),
+        *letters(runner, database, settings),
     )
     for task in tasks:
         runner.register(task.job, task.do, task.fail)
