@@ -7,13 +7,13 @@ from fastapi.responses import RedirectResponse
 
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import DatabaseDep, SessionDep
-from app.domain.fusion_settings import Preset
 from app.forms import ENTRY_ERRORS, Form, Submitted, parse, rejected
 from app.live import actions, folders, standing
 from app.live.schemas import FolderIn, StandingIn
 from app.paging import Paging
 from app.registration import service as registration
 from app.runs import service as runs
+from app.runs.setting_words import PRESETS
 from app.sites import actions as sites
 from app.templating import page
 
@@ -152,7 +152,7 @@ def _live_page(
         progress={run.id: progress for run, progress in found},
         viewports=[(viewport.id, viewport.name) for viewport in viewports],
         models=runs.ready_models(session),
-        presets=[(preset.value, preset.value) for preset in Preset],
+        presets=[(preset.value, text) for preset, text in PRESETS.items()],
         form=form,
         token=token,
         drop_url=f"{request.url.scheme}://{request.url.netloc}/api/v1/cameras/{camera.id}/drop",

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.domain.fusion_settings import PRESET_OF_RUNS
 from app.ids import RowId
 from app.tables.live import StandingRun, WatchedFolder
 
@@ -52,7 +53,7 @@ class StandingIn(BaseModel):
 
     viewport_id: RowId
     detector: Annotated[str | None, Field(max_length=200, pattern=NO_CONTROLS)] = None
-    preset: str = "paper"
+    preset: str = PRESET_OF_RUNS.value
     parameters: dict[str, Any] = {}
     name: Annotated[str, Field(max_length=200, pattern=NO_CONTROLS)] = ""
     ais_wait_s: Annotated[

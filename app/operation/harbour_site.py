@@ -15,6 +15,7 @@ from app.ais.service import import_ais_file
 from app.config import Settings
 from app.db import Database
 from app.detectors.service import add_model_file
+from app.domain.fusion_settings import PRESET_OF_RUNS
 from app.errors import Conflict
 from app.imagery.service import Upload, store_image
 from app.jobs import JobClient
@@ -143,7 +144,7 @@ def start_missing_runs(
                     jobs,
                     viewport_id=viewport_id,
                     detector=detector,
-                    preset="paper",
+                    preset=PRESET_OF_RUNS.value,
                     parameters={},
                     name=f"Demo, {viewport.name}",
                 ).id

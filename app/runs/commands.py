@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.domain.fusion_settings import Preset
+from app.domain.fusion_settings import PRESET_OF_RUNS, Preset
 from app.errors import AppError, Invalid
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def register(cli: typer.Typer) -> None:
 def run(
     viewport: Annotated[int, typer.Option(help="The viewport's id")],
     detector: Annotated[str | None, typer.Option(help="A ready model's name")] = None,
-    preset: Annotated[Preset, typer.Option()] = Preset.PAPER,
+    preset: Annotated[Preset, typer.Option()] = PRESET_OF_RUNS,
     changed: Annotated[
         list[str] | None, typer.Option("--set", help="key=value, once for each parameter")
     ] = None,

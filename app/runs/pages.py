@@ -11,10 +11,10 @@ from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.clocks import service as clocks
 from app.dependencies import DatabaseDep, JobsDep, SessionDep
-from app.domain.fusion_settings import Preset
+from app.domain.fusion_settings import PRESET_OF_RUNS
 from app.errors import AppError, Conflict, Invalid
 from app.reviews import service as reviews
-from app.runs import service
+from app.runs import service, setting_words
 from app.sites import service as sites
 from app.templating import page
 
@@ -57,7 +57,7 @@ def start_run(
     access: Operator,
     viewport_id: Annotated[int, Form()],
     detector: Annotated[str, Form()],
-    preset: Annotated[str, Form()] = Preset.PAPER.value,
+    preset: Annotated[str, Form()] = PRESET_OF_RUNS.value,
     name: Annotated[str, Form(max_length=200)] = "",
     matching: Annotated[str, Form()] = "",
     track_method: Annotated[str, Form()] = "",
@@ -93,6 +93,7 @@ def start_run(
                 access,
                 viewport_id=viewport_id,
                 detector=detector,
+                preset=preset,
                 name=name,
                 entered=entered,
                 error=error,
@@ -125,6 +126,7 @@ def _form(
     *,
     viewport_id: int | None,
     detector: str = "",
+    preset: str = PRESET_OF_RUNS,
     name: str = "",
     entered: dict[str, str] | None = None,
     error: AppError | None = None,
@@ -140,7 +142,9 @@ def _form(
         models=service.ready_models(session),
         viewport_id=viewport_id,
         detector=detector,
+        preset=preset,
         name=name,
+        words=setting_words,
         entered=entered or {},
         errors=errors,
         message=error.detail if error and not errors.keys() & SHOWN_FIELDS else "",
@@ -158,6 +162,7 @@ def show_run(request: Request, run_id: int, session: SessionDep, access: Reader)
         "runs/run.html",
         crumbs=[{"label": "Runs", "href": "/runs"}, {"label": service.label(run)}],
         run=run,
+        settings=setting_words.shown(run.parameters),
         label=service.label(run),
         site=sites.get_site(session, run.site_id),
         progress=progress,

@@ -7,7 +7,9 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.clocks.schemas import WithheldOut
+from app.domain.fusion_settings import PRESET_OF_RUNS
 from app.runs.service import Progress
+from app.runs.setting_words import described
 from app.tables.runs import Run, RunStatus
 
 NO_CONTROLS = r"^[^\x00-\x1f\x7f]*$"
@@ -20,7 +22,12 @@ class RunIn(BaseModel):
         extra="forbid",
         json_schema_extra={
             "examples": [
-                {"viewport_id": 1, "detector": "yolox-nano", "preset": "paper", "parameters": {}}
+                {
+                    "viewport_id": 1,
+                    "detector": "yolox-nano",
+                    "preset": "paper",
+                    "parameters": {},
+                }
             ]
         },
     )
@@ -34,8 +41,8 @@ class RunIn(BaseModel):
             description="A ready model's name; else the newest one",
         ),
     ] = None
-    preset: str = "paper"
-    parameters: dict[str, Any] = {}
+    preset: str = PRESET_OF_RUNS.value
+    parameters: Annotated[dict[str, Any], Field(description=described())] = {}
     name: Annotated[str, Field(max_length=200, pattern=NO_CONTROLS)] = ""
 
 

@@ -9,9 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.db import json_text
-from app.domain.fusion_settings import FusionSettings, Preset
+from app.domain.fusion_settings import FusionSettings, MatchingMethod, Preset
+from app.domain.vessel_state import TrackMethod
 from app.errors import Invalid
 from app.runs.parameters import as_json, fusion_settings
+from app.runs.setting_words import MATCHINGS, SETTINGS, TRACK_METHODS, described, shown
 
 NAMES = sorted({field.name for field in fields(FusionSettings)} - {"preset"})
 ANYTHING = st.one_of(
@@ -60,3 +62,18 @@ def test_an_unknown_preset_lists_those_there_are() -> None:
         fusion_settings("magic", {})
     assert [problem.field for problem in refused.value.fields] == ["preset"]
     assert all(preset in refused.value.detail for preset in Preset)
+
+
+def test_every_setting_has_words() -> None:
+    """Pages and documents name all settings a run has, none by its name in the code."""
+    assert set(SETTINGS) == set(NAMES)
+    assert set(MATCHINGS) == set(MatchingMethod)
+    assert set(TRACK_METHODS) == set(TrackMethod)
+    told = shown(json.loads(json_text(as_json(FusionSettings()))))
+    assert not any("_" in setting.label + setting.value for setting in told)
+    assert all(f"`{name}`" in described() for name in NAMES)
+
+
+def test_settings_of_other_versions_are_shown_by_their_names() -> None:
+    """A run made by another version shows what this one does not know."""
+    assert shown({"tide_offset_m": 1.5})[0][:2] == ("Tide offset m", "1.5")
