@@ -31,6 +31,7 @@ __all__ = [
     "SettingsDep",
     "StorageDep",
     "fetch_page",
+    "public_address",
     "reader_of",
 ]
 
@@ -56,6 +57,12 @@ async def _storage(request: Request) -> Storage:
 async def _jobs(request: Request) -> JobClient:
     jobs: JobClient = request.app.state.jobs
     return jobs
+
+
+def public_address(request: Request) -> str:
+    """Return the address that links for other people begin with, without a slash at its end."""
+    settings: Settings = request.app.state.settings
+    return (settings.public_url or str(request.base_url)).rstrip("/")
 
 
 SettingsDep = Annotated[Settings, Depends(_settings)]

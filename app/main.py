@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from app import apidocs, health, problems
 from app.admin import audit_pages
 from app.admin import pages as admin_pages
+from app.admin import people_router as people
 from app.admin import router as admin
 from app.ais import map_router as ais_map
 from app.ais import pages as ais_pages
@@ -77,6 +78,7 @@ API = "/api/v1"
 REST = (
     auth,
     admin,
+    people,
     sites,
     water_levels,
     registration,

@@ -12,9 +12,9 @@ from app.auth import service as auth
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.auth.links import HandedOut
-from app.config import Settings
-from app.dependencies import JobsDep, PagingDep, SessionDep, SettingsDep
+from app.dependencies import JobsDep, PagingDep, SessionDep, SettingsDep, public_address
 from app.errors import Conflict, Invalid
+from app.oidc import service as identities
 from app.paging import Paging
 from app.reviews import queues
 from app.tables.identity import Role
@@ -31,6 +31,7 @@ NOTICES = {
     "removed": "The person is removed; what they made stays, without their name.",
     "handed-over": "Their open queues and leases are handed over.",
     "withdrawn": "The invitation is withdrawn.",
+    "unlinked": "Their next sign-in at the identity provider finds them by their address.",
     "mailed": "A link for a new password is on its way by mail.",
     "revoked": "The token is revoked.",
 }
@@ -160,6 +161,13 @@ def change_second_factor(
     return RedirectResponse("/admin/users?done=changed", status_code=303)
 
 
+@router.post("/users/{user_id}/unlink")
+def unlink_identity(user_id: int, session: SessionDep, access: Administrator) -> Response:
+    """Forget who a person is at the identity provider."""
+    identities.unlink(session, access, users.user_for(session, access, user_id))
+    return RedirectResponse("/admin/users?done=unlinked", status_code=303)
+
+
 @router.post("/invitations")
 def invite(
     request: Request,
@@ -242,9 +250,10 @@ def _users(
         users=found,
         invitations=links.open_invitations(session, access),
         invite_error=invite_error,
-        link=f"{_address(request)}{link.path}" if link else "",
+        link=f"{public_address(request)}{link.path}" if link else "",
         linked=link.link.email if link else "",
         mailed=mailed,
+        linked_users=identities.linked_users(session),
         sends_mail=request.app.state.settings.sends_mail,
         sites=auth.administered_sites(session, access),
         roles=[(role.value, role.value.capitalize()) for role in Role],
@@ -252,11 +261,6 @@ def _users(
         error=error,
         values=values or {},
     )
-
-
-def _address(request: Request) -> str:
-    settings: Settings = request.app.state.settings
-    return (settings.public_url or str(request.base_url)).rstrip("/")
 
 
 def _flashes(notice: str) -> list[dict[str, str]]:

@@ -139,7 +139,7 @@ def _account(
         "auth/account.html",
         status_code=422 if password_error or token_error else 200,
         access=access,
-        sessions=service.sessions_of(session, access),
+        sessions=service.sessions_of(session, access.user_id),
         factor=second_factor.state_of(session, access),
         sites=service.site_names(session, access),
         tokens=[token for token in tokens if token.revoked_at is None],

@@ -45,6 +45,8 @@ class UserOut(BaseModel):
     name: str
     is_active: bool
     memberships: list[MembershipBody]
+    has_second_factor: bool
+    owes_second_factor: bool = Field(description="Demanded and not set up: they may do nothing")
     created_at: datetime
     version: int
 
@@ -60,6 +62,8 @@ class UserOut(BaseModel):
                 MembershipBody(role=membership.role, site_id=membership.site_id)
                 for membership in user.memberships
             ],
+            has_second_factor=user.totp_secret is not None,
+            owes_second_factor=user.totp_required and user.totp_secret is None,
             created_at=user.created_at,
             version=user.version,
         )

@@ -222,17 +222,24 @@ def _open_session(
     return cookie
 
 
-def sessions_of(session: Session, access: Access) -> Sequence[LoginSession]:
-    """Return the browsers where the caller is signed in, the newest first."""
-    return link_repository.sessions_of(session, access.user_id, now())
+def sessions_of(session: Session, user_id: int) -> Sequence[LoginSession]:
+    """Return the browsers where somebody is signed in, the newest first."""
+    return link_repository.sessions_of(session, user_id, now())
 
 
 def end_session(session: Session, access: Access, session_id: int) -> None:
     """End one of the caller's own browser sessions. Raises NotFound."""
-    if session_id not in {found.id for found in sessions_of(session, access)}:
+    if session_id not in {found.id for found in sessions_of(session, access.user_id)}:
         raise NotFound("there is no such session of yours")
     repository.drop_session(session, session_id)
     audit.record(session, access, "end", "session", session_id)
+
+
+def end_sessions_of(session: Session, access: Access, user: User) -> None:
+    """End all browser sessions of another person, at an administrator's wish."""
+    access.require(Scope.ADMIN, None)
+    repository.drop_sessions_of(session, user.id)
+    audit.record(session, access, "end sessions", "user", user.id)
 
 
 def sign_out_everywhere(session: Session, access: Access) -> None:

@@ -30,7 +30,12 @@ MMSI = 211_000_001
 ONE_PIXEL = b"\x89PNG\r\n\x1a\n"
 PLACE = re.compile(r"\{(\w+)(?::\w+)?\}")
 # Not of any site: people belong to the installation, and so do detectors.
-OF_THE_INSTALLATION = {"job_id": {403}, "user_id": {403, 404}, "model_id": {200, 403, 404, 409}}
+OF_THE_INSTALLATION = {
+    "job_id": {403},
+    "invitation_id": {403},
+    "user_id": {403, 404},
+    "model_id": {200, 403, 404, 409},
+}
 
 
 @dataclass(frozen=True)
@@ -122,7 +127,8 @@ def foreign(database: Database) -> dict[str, int]:
         ids = make_world(session, MARKER, MMSI)
         stranger = identity.make_user(session, "viewer", ids["site_id"])
         identity.make_token(session, stranger)
-        return ids | {"user_id": stranger.id, "token_id": 1}
+        ids |= {"user_id": stranger.id, "token_id": 1, "session_id": 1, "invitation_id": 1}
+        return ids
 
 
 @pytest.fixture
