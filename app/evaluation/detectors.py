@@ -7,10 +7,8 @@ by content: they are worked out again only when a box, an image or a detection i
 """
 
 import hashlib
-from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -34,12 +32,12 @@ from app.domain.average_precision_interval import PrecisionIntervals, precision_
 from app.domain.detection import DetectionSettings
 from app.evaluation import detector_repository as repository
 from app.evaluation.detector_repository import FoundSet, TrueImage
+from app.evaluation.kept import Kept
 from app.evaluation.selection import Selection
 from app.tables.detection import Model
 from app.tables.groundtruth import VesselClass
 
 MOVING = (VesselClass.SHIP, VesselClass.SHIP_LEAVING_FRAME, VesselClass.SUBVESSEL)
-_KEPT = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,27 +97,7 @@ class DetectorTable:
     detectors: Sequence[DetectorFigures]
 
 
-class _Kept:
-    """The figures worked out last, by the content they follow from."""
-
-    def __init__(self) -> None:
-        self._figures: OrderedDict[str, tuple[int, list[SetFigures]]] = OrderedDict()
-        self._lock = Lock()
-
-    def get(self, key: str) -> tuple[int, list[SetFigures]] | None:
-        with self._lock:
-            if key in self._figures:
-                self._figures.move_to_end(key)
-            return self._figures.get(key)
-
-    def put(self, key: str, figures: tuple[int, list[SetFigures]]) -> None:
-        with self._lock:
-            self._figures[key] = figures
-            while len(self._figures) > _KEPT:
-                self._figures.popitem(last=False)
-
-
-_kept = _Kept()
+_kept: Kept[tuple[int, list[SetFigures]]] = Kept(256)
 
 
 def detector_table(
@@ -165,12 +143,9 @@ def _judged(
         sites = {image.site_id for image in looked_at}
         considered = [image for image in images if image.site_id in sites]
         empty, looked_at = len(considered) - len(looked_at), considered
-    key = _key(looked_at, sets)
-    figures = _kept.get(key)
-    if figures is None:
-        figures = _work_out(session, looked_at, set_of)
-        _kept.put(key, figures)
-    detections, by_set = figures
+    detections, by_set = _kept.get(
+        _key(looked_at, sets), lambda: _work_out(session, looked_at, set_of)
+    )
     return DetectorFigures(
         model=model,
         settings=_settings(session, model, settings_sha256),
@@ -280,11 +255,12 @@ def _xywh(numbers: FloatArray) -> FloatArray:
 
 def _settings(session: Session, model: Model, settings_sha256: str) -> DetectionSettings | None:
     """Return the settings behind a key, known from the detector's runs; None for imported ones."""
+    usual = DetectionSettings()
     for parameters in repository.parameters_of_model(session, model.id):
         settings = DetectionSettings(
-            score_threshold=parameters["score_threshold"],
-            nms_iou=parameters["nms_iou"],
-            class_ids=tuple(parameters["class_ids"]),
+            score_threshold=parameters.get("score_threshold", usual.score_threshold),
+            nms_iou=parameters.get("nms_iou", usual.nms_iou),
+            class_ids=tuple(parameters.get("class_ids", usual.class_ids)),
         )
         if settings.sha256 == settings_sha256:
             return settings

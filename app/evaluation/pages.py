@@ -39,6 +39,8 @@ SECTIONS = (
     ("Matching", "/evaluation/matching"),
     ("Projection", "/evaluation/projection"),
     ("Detectors", "/evaluation/detectors"),
+    ("IoU by grade", "/evaluation/iou"),
+    ("Poses", "/evaluation/poses"),
 )
 BY_NAMES = {
     By.TYPE: "Vessel type",

@@ -63,7 +63,7 @@ def poses(session: Session, selection: Selection) -> list[PoseRow]:
         sa.select(Pose.id, Pose.run_id, Pose.mmsi, Pose.lat_deg, Pose.lon_deg, Pose.heading_deg)
         .join(Image, Image.id == Pose.image_id)
         .join(Run, Run.id == Pose.run_id)
-        .where(*_of_poses(selection))
+        .where(*of_poses(selection))
         .order_by(Pose.id)
     )
     return [PoseRow(*row) for row in session.execute(statement)]
@@ -76,7 +76,7 @@ def pose_count(session: Session, selection: Selection) -> int:
         .select_from(Pose)
         .join(Image, Image.id == Pose.image_id)
         .join(Run, Run.id == Pose.run_id)
-        .where(*_of_poses(selection))
+        .where(*of_poses(selection))
     )
     return session.scalar(statement) or 0
 
@@ -98,7 +98,7 @@ def verdicts(session: Session, selection: Selection, *, complete: bool = False) 
         .join(Pose, Pose.id == Review.pose_id)
         .join(Image, Image.id == Pose.image_id)
         .join(Run, Run.id == Pose.run_id)
-        .where(Review.replaced_at.is_(None), *_of_poses(selection))
+        .where(Review.replaced_at.is_(None), *of_poses(selection))
         .order_by(*verdict_order())
     )
     if complete:
@@ -140,7 +140,7 @@ def opinions(session: Session, selection: Selection) -> Mapping[int, Mapping[int
             Review.withdrawn_at.is_(None),
             Review.inherited_from_id.is_(None),
             Review.settles.is_(False),
-            *_of_poses(selection),
+            *of_poses(selection),
         )
         .order_by(Review.id)
     )
@@ -187,7 +187,7 @@ def complete_images(session: Session, selection: Selection) -> Mapping[int, int]
         sa.select(ImageCompletion.run_id, sa.func.count())
         .join(Image, Image.id == ImageCompletion.image_id)
         .join(Run, Run.id == ImageCompletion.run_id)
-        .where(*_of_images(selection, ImageCompletion.image_id, ImageCompletion.run_id))
+        .where(*of_images(selection, ImageCompletion.image_id, ImageCompletion.run_id))
         .group_by(ImageCompletion.run_id)
     )
     return {row[0]: row[1] for row in session.execute(statement)}
@@ -201,7 +201,7 @@ def poses_in_complete_images(session: Session, selection: Selection) -> int:
         .join(Image, Image.id == Pose.image_id)
         .join(Run, Run.id == Pose.run_id)
         .join(ImageCompletion, _completes(Pose))
-        .where(*_of_poses(selection))
+        .where(*of_poses(selection))
     )
     return session.scalar(statement) or 0
 
@@ -213,7 +213,7 @@ def missed(session: Session, selection: Selection) -> Mapping[MissedReason, int]
         .join(Image, Image.id == MissedVessel.image_id)
         .join(Run, Run.id == MissedVessel.run_id)
         .join(ImageCompletion, _completes(MissedVessel))
-        .where(*_of_images(selection, MissedVessel.image_id, MissedVessel.run_id))
+        .where(*of_images(selection, MissedVessel.image_id, MissedVessel.run_id))
         .group_by(MissedVessel.reason)
     )
     return {row[0]: row[1] for row in session.execute(statement)}
@@ -228,7 +228,7 @@ def images(session: Session, selection: Selection) -> int:
         .join(Run, Run.id == RunImage.run_id)
         .where(
             RunImage.done_at.is_not(None),
-            *_of_images(selection, RunImage.image_id, RunImage.run_id),
+            *of_images(selection, RunImage.image_id, RunImage.run_id),
         )
     )
     return session.scalar(statement) or 0
@@ -242,7 +242,7 @@ def graded_poses(session: Session, selection: Selection) -> int:
         .select_from(Pose)
         .join(Image, Image.id == Pose.image_id)
         .join(Run, Run.id == Pose.run_id)
-        .where(standing, *_of_poses(selection))
+        .where(standing, *of_poses(selection))
     )
     return session.scalar(statement) or 0
 
@@ -260,7 +260,7 @@ def grading_times(
             Review.created_at >= since,
             Review.withdrawn_at.is_(None),
             Review.inherited_from_id.is_(None),
-            *_of_poses(selection),
+            *of_poses(selection),
         )
         .order_by(Review.created_at)
     )
@@ -275,14 +275,14 @@ def grades_by_person(session: Session, selection: Selection, user_id: int) -> in
         .join(Pose, Pose.id == Review.pose_id)
         .join(Image, Image.id == Pose.image_id)
         .join(Run, Run.id == Pose.run_id)
-        .where(Review.user_id == user_id, Review.replaced_at.is_(None), *_of_poses(selection))
+        .where(Review.user_id == user_id, Review.replaced_at.is_(None), *of_poses(selection))
     )
     return session.scalar(statement) or 0
 
 
-def _of_poses(selection: Selection) -> list[sa.ColumnElement[bool]]:
+def of_poses(selection: Selection) -> list[sa.ColumnElement[bool]]:
     """Narrow a query over poses, their images and runs to a selection."""
-    narrowed = _of_images(selection, Pose.image_id, Pose.run_id)
+    narrowed = of_images(selection, Pose.image_id, Pose.run_id)
     narrowed.append(Pose.person_made.is_(False))
     queue = selection.queue
     if queue is not None and queue.unit is QueueUnit.POSE:
@@ -294,7 +294,7 @@ def _of_poses(selection: Selection) -> list[sa.ColumnElement[bool]]:
     return narrowed
 
 
-def _of_images(
+def of_images(
     selection: Selection,
     image_id: sa.orm.InstrumentedAttribute[int],
     run_id: sa.orm.InstrumentedAttribute[int],

@@ -5,18 +5,36 @@ said. The match rate's denominator are the vessels that could have been matched:
 AIS, and at least half visible. Errors are those of correct matches only; wrong ones are counted.
 """
 
-from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from sqlalchemy.orm import Session
 
 from app.domain.metrics import BoxPose, PoseError, Spread, best_covered, pose_error, spread
-from app.evaluation import repository
+from app.evaluation import pose_repository as repository
+from app.evaluation.pose_repository import PoseRow
 from app.tables.groundtruth import VesselTruth
-from app.tables.runs import Pose
 
 LEAST_VISIBLE = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Correct:
+    """A correct match with its errors."""
+
+    pose: PoseRow
+    true: VesselTruth
+    error: PoseError
+
+
+@dataclass(slots=True)
+class Judged:
+    """What became of poses: correct ones with their errors, and wrong ones, by run where asked."""
+
+    correct: list[Correct] = field(default_factory=list)
+    wrong: list[PoseRow] = field(default_factory=list)
+    matchable: int = 0
+    matched: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,32 +54,18 @@ class TruthFigures:
 
 def against_truth(session: Session, run_ids: Sequence[int]) -> TruthFigures | None:
     """Judge the poses of runs; None where nothing is known to be true."""
-    truths = repository.truths(session, run_ids)
+    images = repository.images_of_runs(session, run_ids)
+    image_ids = sorted({image_id for of_run in images.values() for image_id in of_run})
+    truths = truths_by_image(repository.truths(session, image_ids))
     if not truths:
         return None
-    by_image: dict[int, list[VesselTruth]] = defaultdict(list)
-    for truth in truths:
-        by_image[truth.image_id].append(truth)
-    errors: list[PoseError] = []
-    matched: set[tuple[int, int]] = set()
-    wrong = 0
-    for pose in repository.poses(session, run_ids):
-        true = _vessel_under(pose, by_image[pose.image_id])
-        if true is None or true.mmsi != pose.mmsi:
-            wrong += 1
-            continue
-        matched.add((pose.image_id, pose.mmsi))
-        errors.append(pose_error(BoxPose.of(pose), BoxPose.of(true)))
-    matchable = {
-        (truth.image_id, truth.mmsi)
-        for truth in truths
-        if truth.mmsi is not None and truth.visible_fraction >= LEAST_VISIBLE
-    }
+    judged = judge(repository.poses_of_runs(session, run_ids), truths, image_ids)
+    errors = [one.error for one in judged.correct]
     return TruthFigures(
-        matchable=len(matchable),
-        matched=len(matchable & matched),
+        matchable=judged.matchable,
+        matched=judged.matched,
         correct=len(errors),
-        wrong=wrong,
+        wrong=len(judged.wrong),
         horizontal_m=spread([error.horizontal_m for error in errors]),
         vertical_m=spread([error.vertical_m for error in errors]),
         heading_deg=spread([error.heading_deg for error in errors]),
@@ -70,9 +74,42 @@ def against_truth(session: Session, run_ids: Sequence[int]) -> TruthFigures | No
     )
 
 
-def _vessel_under(pose: Pose, truths: Sequence[VesselTruth]) -> VesselTruth | None:
+def truths_by_image(truths: Sequence[VesselTruth]) -> dict[int, list[VesselTruth]]:
+    """Put what is true to the images it is true of."""
+    found: dict[int, list[VesselTruth]] = {}
+    for truth in truths:
+        found.setdefault(truth.image_id, []).append(truth)
+    return found
+
+
+def judge(
+    poses: Sequence[PoseRow],
+    truths: Mapping[int, Sequence[VesselTruth]],
+    image_ids: Sequence[int],
+) -> Judged:
+    """Compare poses with the truth of the images that were looked at."""
+    judged = Judged()
+    matched: set[tuple[int, int]] = set()
+    for pose in poses:
+        true = _vessel_under(pose, truths.get(pose.image_id, ()))
+        if true is None or true.mmsi != pose.mmsi:
+            judged.wrong.append(pose)
+            continue
+        matched.add((pose.image_id, pose.mmsi))
+        error = pose_error(BoxPose.of(pose), BoxPose.of(true))
+        judged.correct.append(Correct(pose, true, error))
+    matchable = {
+        (truth.image_id, truth.mmsi)
+        for image_id in image_ids
+        for truth in truths.get(image_id, ())
+        if truth.mmsi is not None and truth.visible_fraction >= LEAST_VISIBLE
+    }
+    judged.matchable, judged.matched = len(matchable), len(matchable & matched)
+    return judged
+
+
+def _vessel_under(pose: PoseRow, truths: Sequence[VesselTruth]) -> VesselTruth | None:
     """Return the true vessel whose visible silhouette a pose's detection covers best."""
-    box = pose.match.detection
     silhouettes = [(truth.x1_px, truth.y1_px, truth.x2_px, truth.y2_px) for truth in truths]
-    best = best_covered((box.x1_px, box.y1_px, box.x2_px, box.y2_px), silhouettes)
+    best = best_covered((pose.x1_px, pose.y1_px, pose.x2_px, pose.y2_px), silhouettes)
     return None if best is None else truths[best]
