@@ -35,6 +35,8 @@ from app.evaluation import pages as evaluation_pages
 from app.evaluation import projection_pages as projection_table_pages
 from app.evaluation import projection_router as projection_table
 from app.evaluation import router as evaluation
+from app.evaluation import truth_pages as truth_table_pages
+from app.evaluation import truth_router as truth_table
 from app.exports import pages as export_pages
 from app.exports import router as exports
 from app.feeds import pages as feed_pages
@@ -96,6 +98,7 @@ REST = (
     evaluation,
     projection_table,
     detector_table,
+    truth_table,
     ground_truth,
     guideline,
     exports,
@@ -129,6 +132,7 @@ PAGES = (
     evaluation_pages,
     projection_table_pages,
     detector_table_pages,
+    truth_table_pages,
     guideline_pages,
     calibration_set_pages,
     export_pages,
