@@ -7,15 +7,20 @@ same detections and states. A match is right when the detection shows that vesse
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import pairwise
+
+import numpy as np
 
 from app.domain.fusion_settings import FusionSettings
+from app.domain.likelihood import Odds
 from app.domain.pairing import match_images
 from benchmarks.bench_matching import METHODS
 from benchmarks.rough_traffic import Rough, RoughTraffic, rough_traffic
 
 SEEDS = range(6)
+_BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999, 1.1)
 _USUAL = Rough()
 STRESSES: Mapping[str, Rough] = {
     "as usual": _USUAL,
@@ -59,6 +64,8 @@ class Tally:
     right: int = 0
     wrong: int = 0
     matchable: int = 0
+    # What a match was said to be worth, and whether it was right.
+    stated: list[tuple[float, bool]] = field(default_factory=list)
 
     @property
     def idf1(self) -> float:
@@ -75,7 +82,10 @@ def tally(traffic: RoughTraffic, settings: FusionSettings) -> Tally:
         right = set()
         for pair in found.pairs:
             name = pair.candidate.state.identifier
-            if image.shows[pair.detection_index] == name:
+            is_right = image.shows[pair.detection_index] == name
+            if isinstance(pair.cost, Odds):
+                result.stated.append((pair.cost.probability, is_right))
+            if is_right:
                 right.add(name)
             else:
                 result.wrong += 1
@@ -96,12 +106,18 @@ def main(methods: Mapping[str, FusionSettings] = METHODS, seeds: Sequence[int] =
     for number, name in enumerate(methods, 1):
         print(f"  {number} {name}")
     print(f"{'':<28}{'vessels':>8}" + "".join(f"{n:>17}" for n in range(1, len(methods) + 1)))
+    everything: dict[str, list[Tally]] = {name: [] for name in methods}
     with ProcessPoolExecutor(2) as pool:
         for label, rough in STRESSES.items():
             judged = list(pool.map(partial(judge, rough, methods), seeds))
             sums = [summed([of[name] for of in judged]) for name in methods]
             cells = "".join(f"{f'{one.right}/{one.wrong} {one.idf1:5.1f}':>17}" for one in sums)
             print(f"{label:<28}{sums[0].matchable:>8}{cells}", flush=True)
+            for name, one in zip(methods, sums, strict=True):
+                everything[name].append(one)
+    for name, tallies in everything.items():
+        if tallies[0].stated:
+            print_reliability(name, summed(tallies))
 
 
 def summed(tallies: Sequence[Tally]) -> Tally:
@@ -110,7 +126,19 @@ def summed(tallies: Sequence[Tally]) -> Tally:
         sum(one.right for one in tallies),
         sum(one.wrong for one in tallies),
         sum(one.matchable for one in tallies),
+        [said for one in tallies for said in one.stated],
     )
+
+
+def print_reliability(label: str, tally: Tally) -> None:
+    """Print how often matches of about the same stated probability are right."""
+    print(f"reliability of {label}, all rows: stated, right (matches)")
+    said = np.array([(probability, right) for probability, right in tally.stated])
+    for low, high in pairwise(_BINS):
+        here = said[(said[:, 0] >= low) & (said[:, 0] < high)]
+        if len(here):
+            stated, right = here.mean(axis=0)
+            print(f"  {stated:6.3f} {right:6.3f} ({len(here)})")
 
 
 if __name__ == "__main__":

@@ -37,10 +37,9 @@ def _of_image(pairing: PairEvidence, worth: FloatArray, good: IntArray) -> IntAr
     while len(good):
         found = _cheapest(pairing, worth, good)
         row = pairing.row[found]
-        clash = boxes.clashes[np.ix_(row, row)] & ~np.eye(len(row), dtype=bool)
         # What may be a part shows another vessel only where that is sure.
-        part = boxes.part_of[np.ix_(row, row)] & (worth[found] < _SURE_ODDS)[:, None]
-        one, other = np.nonzero(clash | part)
+        part = boxes.parts(row) & (worth[found] < _SURE_ODDS)[:, None]
+        one, other = np.nonzero(boxes.clashes(row) | part)
         if not len(one):
             return found
         both = np.concatenate([one, other])

@@ -133,8 +133,12 @@ def _in_better_unit(pairing: PairEvidence, worth: FloatArray) -> BoolArray:
     boxes = pairing.boxes
     best = np.zeros(len(boxes.all))
     np.maximum.at(best, pairing.row, worth)
-    of_units = np.where(boxes.clashes & boxes.is_unit, best, 0.0).max(axis=1)
-    return np.asarray(of_units > np.where(boxes.is_unit, np.inf, best))
+    as_hull = np.zeros(len(boxes.all))
+    for unit in np.flatnonzero(boxes.is_unit & (best > 0)):
+        here = np.flatnonzero((boxes.scene == boxes.scene[unit]) & ~boxes.is_unit)
+        hulls = [row for row in here if boxes.members[row][0] in boxes.members[unit]]
+        as_hull[hulls] = np.maximum(as_hull[hulls], best[unit])
+    return np.asarray(as_hull > best)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from app.domain.camera import Camera
 from app.domain.edge_evidence import edge_mixing
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import HullEdges
-from app.domain.priors import Priors
+from app.domain.priors import Priors, logit
 from app.domain.seen_boxes import Scene, SeenBoxes
 
 _HOPELESS_SIGMAS = 10.0
@@ -62,10 +62,7 @@ class PairEvidence:
             return None
         hulls = HullEdges.of(camera, [candidate for _, _, candidate in columns])
         of_column = np.array([number for number, _, _ in columns])
-        of_row = boxes.scene
-        row, column = np.nonzero(of_row[:, None] == of_column)
-        in_order = np.argsort(of_row[row], kind="stable")
-        row, column = row[in_order], column[in_order]
+        row, column = boxes.pairs_with(of_column)
         near = _near(boxes, hulls, row, column, settings.rotation_sigma_deg)
         row, column = row[near], column[near]
         if not len(row):
@@ -78,7 +75,7 @@ class PairEvidence:
         own[:, range(3), range(3)] += noise
         return cls(
             boxes=boxes,
-            scene=of_row[row],
+            scene=boxes.scene[row],
             row=row,
             candidate=np.array([index for _, index, _ in columns])[column],
             vessel=[columns[index][2].state.identifier for index in column],
@@ -120,11 +117,10 @@ def _mixing(
 
 def _odds_before_looking(boxes: SeenBoxes, settings: FusionSettings) -> FloatArray:
     """Return the log odds (n,) of a pair of each box: detected at all, against without AIS."""
-    before = Priors(
-        settings.unidentified_per_image,
-        settings.detected_share,
-        settings.score_weight,
-        settings.score_center,
-    )
-    odds = np.array([before.log_odds(box.score) for box in boxes.all])
-    return odds + np.where(boxes.is_unit, _ODDS_OF_UNIT, 0.0)
+    before = Priors(settings.unidentified_per_image, settings.detected_share)
+    odds = np.full(len(boxes.all), before.log_odds(0.5))
+    odds[boxes.is_unit] += _ODDS_OF_UNIT
+    if settings.score_weight:
+        of_score = np.array([logit(box.score) for box in boxes.all]) - settings.score_center
+        odds += settings.score_weight * of_score
+    return odds

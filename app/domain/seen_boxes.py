@@ -38,9 +38,8 @@ class Scene:
 class SeenBoxes:
     """Boxes of all images: left, right, lower edges (n, 3), sizes (n, 2), which are cut (n, 3).
 
-    Detections come first, then boxes around those that may be hulls of one unit; `members` are the
-    detections in each (their place in the image), `clashes` (n, n) tells which boxes cannot show
-    two vessels, as they share a detection, and `part_of` (n, n) which may be a part of which.
+    Those of an image stand together: its detections, then boxes around what may be hulls of one
+    unit. `members` are the detections in each, by their place in the image.
     """
 
     all: Sequence[Detection]
@@ -50,43 +49,61 @@ class SeenBoxes:
     size_px: FloatArray
     cut: BoolArray
     is_unit: BoolArray
-    clashes: BoolArray
-    part_of: BoolArray
     edge_sigma_px: float
 
     @classmethod
     def of(cls, scenes: Sequence[Scene], camera: Camera, settings: FusionSettings) -> "SeenBoxes":
         """Take the detections of all images that are good enough, and what units they may make."""
-        found = [
-            (number, index, detection)
-            for number, scene in enumerate(scenes)
-            for index, detection in enumerate(scene.detections)
-            if detection.score >= settings.score_threshold
-        ]
-        single = [detection for _, _, detection in found]
-        scene = np.array([number for number, _, _ in found], dtype=np.intp)
-        units = list(rows_of_hulls(single, scene))
-        every = [*single, *(box for box, _ in units)]
-        inside = [(row,) for row in range(len(single))] + [rows for _, rows in units]
-        membership = np.zeros((len(every), len(single)))
-        for row, rows in enumerate(inside):
-            membership[row, list(rows)] = 1
-        part_of = np.zeros((len(every), len(every)), dtype=bool)
-        part_of[: len(single), : len(single)] = parts_of(single, scene)
+        every: list[Detection] = []
+        members: list[tuple[int, ...]] = []
+        counts = []
+        for scene in scenes:
+            before = len(every)
+            kept = [
+                index
+                for index, detection in enumerate(scene.detections)
+                if detection.score >= settings.score_threshold
+            ]
+            good = [scene.detections[index] for index in kept]
+            units = list(rows_of_hulls(good))
+            every += [*good, *(box for box, _ in units)]
+            members += [(index,) for index in kept]
+            members += [tuple(kept[hull] for hull in hulls) for _, hulls in units]
+            counts.append(len(every) - before)
         cuts = [cut_edges(d, camera.intrinsics, settings.border_tolerance_px) for d in every]
         edges = np.array([(d.x1_px, d.x2_px, d.y2_px) for d in every]).reshape(-1, 3)
         return cls(
             all=every,
-            scene=scene[[rows[0] for rows in inside]],
-            members=[tuple(found[row][1] for row in rows) for rows in inside],
+            scene=np.repeat(np.arange(len(scenes)), counts),
+            members=members,
             edges_px=edges - HALF_PIXEL,
             size_px=np.array([(d.x2_px - d.x1_px, d.y2_px - d.y1_px) for d in every]),
             cut=np.array([(cut.left, cut.right, cut.bottom) for cut in cuts]),
-            is_unit=np.arange(len(every)) >= len(single),
-            clashes=membership @ membership.T > 0,
-            part_of=part_of,
+            is_unit=np.array([len(hulls) > 1 for hulls in members], dtype=bool),
             edge_sigma_px=settings.box_sigma_px,
         )
+
+    def pairs_with(self, scene_of_column: IntArray) -> tuple[IntArray, IntArray]:
+        """Return all pairs of a box and a column (rising by scene) of the same image."""
+        first = np.searchsorted(scene_of_column, self.scene)
+        count = np.searchsorted(scene_of_column, self.scene, side="right") - first
+        row = np.repeat(np.arange(len(self.scene)), count)
+        within = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+        return row, first[row] + within
+
+    def clashes(self, rows: IntArray) -> BoolArray:
+        """Return which of some boxes of an image share a detection (n, n)."""
+        if not self.is_unit[rows].any():
+            return np.zeros((len(rows), len(rows)), dtype=bool)
+        hulls = [set(self.members[row]) for row in rows]
+        shared = [[bool(a & b) and a is not b for b in hulls] for a in hulls]
+        return np.array(shared)
+
+    def parts(self, rows: IntArray) -> BoolArray:
+        """Return which of some boxes of an image may be a part of which other, (n, n)."""
+        parts = parts_of([self.all[row] for row in rows])
+        single = ~self.is_unit[rows]
+        return np.asarray(parts & single[:, None] & single[None])
 
     def variance(self, hulls: HullEdges, row: IntArray, column: IntArray) -> FloatArray:
         """Return the variances (p, 3) of middle, width and lower edge, px^2."""

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from app.domain.arrays import BoolArray, FloatArray, IntArray
+from app.domain.arrays import BoolArray, FloatArray
 from app.domain.detection import Detection
 
 MOST_HULLS = 6
@@ -30,15 +30,12 @@ def _columns(detections: Sequence[Detection]) -> FloatArray:
 
 
 def rows_of_hulls(
-    detections: Sequence[Detection], image: IntArray
+    detections: Sequence[Detection],
 ) -> Iterator[tuple[Detection, tuple[int, ...]]]:
-    """Yield boxes around two or more detections that may be hulls of one unit, and which (index).
-
-    `image` (n,) tells which detections are of the same image.
-    """
+    """Yield boxes around two or more detections of an image that may be one unit, and which."""
     if len(detections) < 2:
         return
-    after = _side_by_side(_columns(detections), image)
+    after = _side_by_side(_columns(detections))
     for first in np.flatnonzero(after.any(axis=1)):
         row = [int(first)]
         while len(row) < MOST_HULLS and after[row[-1]].any():
@@ -46,7 +43,7 @@ def rows_of_hulls(
             yield _around([detections[i] for i in row]), tuple(row)
 
 
-def _side_by_side(boxes_px: FloatArray, image: IntArray) -> BoolArray:
+def _side_by_side(boxes_px: FloatArray) -> BoolArray:
     """Return which box (rows) has which other (columns) as the next hull on its right."""
     x1, y1, x2, y2 = boxes_px.T
     wide, high = x2 - x1, y2 - y1
@@ -55,8 +52,7 @@ def _side_by_side(boxes_px: FloatArray, image: IntArray) -> BoolArray:
     short = np.minimum(wide[:, None], wide[None])
     rise = np.abs(y2[:, None] - y2[None])
     return np.asarray(
-        (image[:, None] == image[None])
-        & (x1[:, None] < x1[None])
+        (x1[:, None] < x1[None])
         & (gap <= _GAP_PX + _GAP_SHARE * low)
         & (gap >= -_GAP_PX - _OVERLAP_SHARE * short)
         & (rise <= _RISE_PX + _RISE_SHARE * (wide[:, None] + wide[None]))
@@ -74,8 +70,8 @@ def _around(hulls: Sequence[Detection]) -> Detection:
     )
 
 
-def parts_of(detections: Sequence[Detection], image: IntArray) -> BoolArray:
-    """Return which detection (rows) may be a part of which other (columns), (n, n)."""
+def parts_of(detections: Sequence[Detection]) -> BoolArray:
+    """Return which detection (rows) may be a part of which other (columns) of an image, (n, n)."""
     boxes = _columns(detections).reshape(-1, 4)
     x1, y1, x2, y2 = boxes.T
     wide, high = x2 - x1, y2 - y1
@@ -84,8 +80,7 @@ def parts_of(detections: Sequence[Detection], image: IntArray) -> BoolArray:
     within = np.maximum(across, 0) * np.maximum(down, 0) >= _WITHIN_SHARE * (wide * high)[:, None]
     waterline = _GAP_PX + _WATERLINE_SHARE * np.maximum(high, wide)[None]
     return np.asarray(
-        (image[:, None] == image[None])
-        & within
+        within
         & (wide[:, None] <= _PART_SHARE * wide[None])
         & (np.abs(y2[:, None] - y2[None]) <= waterline)
     )

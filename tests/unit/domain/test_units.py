@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from app.domain.candidates import Candidate, candidate_or_reason
 from app.domain.detection import Detection
 from app.domain.fusion import FusionSettings, MatchingMethod
@@ -55,12 +53,13 @@ def test_a_boat_in_front_of_a_ship_is_no_part() -> None:
     ship = Detection(100, 100, 500, 200, 0.9)
     boat = Detection(200, 175, 240, 230, 0.9)
     house = Detection(200, 120, 300, 198, 0.9)
-    parts = parts_of([ship, boat, house], np.zeros(3, dtype=np.intp))
+    parts = parts_of([ship, boat, house])
     assert parts.tolist() == [[False] * 3, [False] * 3, [True, False, False]]
 
 
-def test_boxes_of_two_images_make_no_unit() -> None:
-    """Hulls in a line are looked for within an image only."""
-    hulls = split(Detection(100, 100, 500, 200, 0.9), 0.5)
-    assert len(list(rows_of_hulls(hulls, np.array([0, 0])))) == 1
-    assert not list(rows_of_hulls(hulls, np.array([0, 1])))
+def test_hulls_of_a_unit_lie_on_one_line() -> None:
+    """Boxes side by side make a unit, and no more where one lies farther away than the other."""
+    left, right = split(Detection(100, 100, 500, 200, 0.9), 0.5)
+    away = replace(right, y1_px=20, y2_px=120)
+    assert [hulls for _, hulls in rows_of_hulls([right, left])] == [(1, 0)]
+    assert not list(rows_of_hulls([left, away]))
