@@ -78,6 +78,7 @@ from app.storage import Storage
 
 API = "/api/v1"
 REST = (
+    reviews,  # first: routes are tried in this order, and these are asked for the most
     auth,
     admin,
     people,
@@ -94,7 +95,6 @@ REST = (
     feeds,
     detectors,
     runs,
-    reviews,
     evaluation,
     projection_table,
     detector_table,

@@ -11,6 +11,7 @@ Only selects are told. The inner select of an insert, update or delete must leav
 from datetime import datetime
 from functools import cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import sqlalchemy as sa
 from sqlalchemy.orm import (
@@ -53,7 +54,8 @@ def index_of_changed(table: str) -> sa.Index:
 class Deletion(Base):
     """One act of deleting: what was named, what went with it, and who did it.
 
-    It refers to no table, because the rows it speaks of refer to it.
+    It refers to no table, because the rows it speaks of refer to it. A recording of all sites has
+    no site.
     """
 
     __tablename__ = "deletions"
@@ -61,7 +63,7 @@ class Deletion(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     entity: Mapped[str] = mapped_column(sa.String(32))
     entity_id: Mapped[int | None]
-    site_id: Mapped[int] = mapped_column(index=True)
+    site_id: Mapped[int | None] = mapped_column(index=True)
     label: Mapped[str] = mapped_column(sa.String(300))
     counts: Mapped[dict[str, Any]]
     deleted_at: Mapped[datetime] = mapped_column(default=now, index=True)
@@ -112,6 +114,17 @@ _HIDE = with_loader_criteria(
 )
 
 
+# A statement that is put together once is told once: the next time, how it is compiled is known.
+_told: WeakKeyDictionary[sa.Executable, sa.Executable] = WeakKeyDictionary()
+
+
+def _without_deleted(statement: sa.Executable) -> sa.Executable:
+    known = _told.get(statement)
+    if known is None:
+        known = _told[statement] = statement.options(_HIDE)
+    return known
+
+
 @sa.event.listens_for(Session, "do_orm_execute")
 def _leave_deleted_out(state: ORMExecuteState) -> None:
     if (
@@ -120,4 +133,4 @@ def _leave_deleted_out(state: ORMExecuteState) -> None:
         and not state.is_relationship_load
         and not state.execution_options.get("with_deleted")
     ):
-        state.statement = state.statement.options(_HIDE)
+        state.statement = _without_deleted(state.statement)
