@@ -97,7 +97,7 @@ def import_bonk(
     typer.echo("with a worker running, fuse them with:")
     typer.echo(
         f"  quaymark run --viewport {place.viewport_id} --detector '{name} boxes' "
-        f"--set maximum_report_age_s={OLDEST_REPORT_S}"
+        f"--preset paper --set maximum_report_age_s={OLDEST_REPORT_S}"
     )
     if refused:
         raise AppError(f"{refused} of {len(samples)} photographs were refused")

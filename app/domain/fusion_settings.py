@@ -18,7 +18,7 @@ class Preset(StrEnum):
 
 
 # What a run takes when nobody chooses; single labels are fused as published.
-PRESET_OF_RUNS = Preset.PAPER
+PRESET_OF_RUNS = Preset.WATERLINE
 
 
 class MatchingMethod(StrEnum):

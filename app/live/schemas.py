@@ -48,7 +48,7 @@ class StandingIn(BaseModel):
     """What shall be done with a viewport's images as they come."""
 
     model_config = ConfigDict(
-        extra="forbid", json_schema_extra={"examples": [{"viewport_id": 1, "preset": "paper"}]}
+        extra="forbid", json_schema_extra={"examples": [{"viewport_id": 1, "preset": "waterline"}]}
     )
 
     viewport_id: RowId

@@ -25,7 +25,7 @@ class RunIn(BaseModel):
                 {
                     "viewport_id": 1,
                     "detector": "yolox-nano",
-                    "preset": "paper",
+                    "preset": "waterline",
                     "parameters": {},
                 }
             ]

@@ -117,7 +117,11 @@ def test_a_real_photograph_becomes_a_pose_of_its_vessel(
         what="a ready model",
     )
     run = created(
-        client.post("/api/v1/runs", json={"viewport_id": viewport["id"], "detector": "yolox-nano"})
+        client.post(
+            "/api/v1/runs",
+            # The published label is what the published method makes of it.
+            json={"viewport_id": viewport["id"], "detector": "yolox-nano", "preset": "paper"},
+        )
     )
     wait_until(
         lambda: client.get(f"/api/v1/runs/{run['id']}").json()["status"] == "succeeded",

@@ -44,7 +44,7 @@ def test_a_run_freezes_what_it_is_about(client: TestClient, harbour: Harbour) ->
         "site_id": harbour.site.id,
         "registration_id": harbour.registration.id,
         "detector": harbour.model.name,
-        "preset": "paper",
+        "preset": "waterline",
         "status": "queued",
         "images_total": 3,
         "images_done": 0,
