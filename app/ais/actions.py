@@ -11,6 +11,7 @@ from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.config import Settings
 from app.db import Database
+from app.deletions import actions as deletions
 from app.domain.table_mapping import MappingError, TableMapping
 from app.errors import Invalid
 from app.sites.actions import site_for
@@ -89,6 +90,28 @@ def importer_for(access: Access, site_id: int | None) -> Importer:
         )
 
     return Importer(site_id, access.user_id, note, wait_s=LONGEST_WAIT_S)
+
+
+def file_for(session: Session, access: Access, scope: Scope, file_id: int) -> AisFile:
+    """Return a recording that the caller may read, and do what the scope allows with.
+
+    Raises NotFound, Forbidden. A recording of all sites needs the scope on all of them.
+    """
+    file = service.get_file(session, access.site_ids(Scope.READ), file_id)
+    if scope is not Scope.READ:
+        access.require(scope, file.site_id)
+    return file
+
+
+def delete_file(session: Session, access: Access, file: AisFile) -> None:
+    """Delete a recording with its reports, for 30 days."""
+    deletions.delete(session, access, "ais_file", file.id, file.site_id, label(file))
+
+
+def label(file: AisFile) -> str:
+    """Return what a recording is called among what was deleted: its name may tell a vessel."""
+    day = f" of {file.first_at:%Y-%m-%d}" if file.first_at else ""
+    return f"Recording {file.id}{day}"
 
 
 def upload_for(session: Session, access: Access, upload_id: int) -> AisUpload:

@@ -24,7 +24,12 @@ FIX_COLUMNS = (
 _IDS: sa.BindParameter[list[int]] = sa.bindparam("ids", expanding=True)
 _FIXES = sa.select(*FIX_COLUMNS).where(AisPosition.id.in_(_IDS))
 _Other = aliased(AisPosition)
-_UNFINISHED = sa.select(AisFile.id).where(~AisFile.is_whole)
+# Of tables, as nothing hides the rows of an alias by itself.
+_files = AisFile.__table__.c
+_HIDDEN = sa.union_all(
+    sa.select(_files.id).where(~_files.is_whole),
+    sa.select(_files.id).where(_files.deleted_at.is_not(None)),
+)
 
 
 def neighbour_rows(
@@ -62,8 +67,8 @@ def _neighbour(readable: Readable, steps: int, *, earlier: bool) -> sa.ScalarSel
             _Other.mmsi == AisPosition.mmsi,
             time < outer if earlier else time > outer,
             visible(_Other.site_id, readable),
-            # `visible` asks this of the outer position only.
-            sa.func.coalesce(_Other.file_id, 0).not_in(_UNFINISHED.scalar_subquery()),
+            # `visible` asks for whole files of the outer position only.
+            sa.func.coalesce(_Other.file_id, 0).not_in(_HIDDEN.scalar_subquery()),
         )
         .order_by(time.desc() if earlier else time)
         .limit(1)

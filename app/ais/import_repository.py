@@ -39,6 +39,7 @@ WHERE NOT EXISTS (
     SELECT 1 FROM ais_positions
     WHERE mmsi = ?1 AND fix_time = ?2 AND lat_deg = ?4 AND lon_deg = ?5
         AND coalesce(site_id, 0) = coalesce({{site_id}}, 0) AND id <= {{last_id}}
+        AND coalesce(file_id, 0) NOT IN (SELECT id FROM ais_files WHERE deleted_at IS NOT NULL)
 )
 """  # noqa: S608  made of the two pieces above
 _SQLITE_KNOWN_MEANWHILE = """
@@ -77,6 +78,8 @@ WHERE NOT EXISTS (
         AND known.lat_deg = arriving.lat_deg AND known.lon_deg = arriving.lon_deg
         AND coalesce(known.site_id, 0) = coalesce(%(site_id)s::integer, 0)
         AND known.id <= %(last_id)s::bigint
+        AND coalesce(known.file_id, 0)
+            NOT IN (SELECT id FROM ais_files WHERE deleted_at IS NOT NULL)
 )
 """
 _ARRIVING_STATICS = """

@@ -91,6 +91,7 @@ def show_file(file_id: int, request: Request, session: SessionDep, access: Reade
         name=name,
         site=sites.get_site(session, file.site_id) if file.site_id is not None else None,
         may_see_rejected=access.may_anywhere(Scope.INGEST),
+        may_delete=access.may(Scope.INGEST, file.site_id),
     )
 
 

@@ -129,8 +129,6 @@ def vessel(session: Session, readable: Readable, mmsi: int) -> Vessel | None:
 
 
 def _heard(readable: Readable) -> sa.ColumnElement[bool]:
-    if readable is None:
-        return sa.true()
     return sa.or_(
         sa.exists().where(AisPosition.mmsi == Vessel.mmsi, visible(AisPosition.site_id, readable)),
         sa.exists().where(AisStatic.mmsi == Vessel.mmsi, visible(AisStatic.site_id, readable)),

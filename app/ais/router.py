@@ -81,5 +81,16 @@ def get_file(file_id: int, session: SessionDep, access: Reader) -> AisFileOut:
     return AisFileOut.of(file, identities.at_site(session, file.site_id))
 
 
+@router.delete("/files/{file_id:int}", status_code=204)
+def delete_file(file_id: int, session: SessionDep, access: Operator) -> None:
+    """Delete a recording with its reports; it can be restored for 30 days.
+
+    Its positions are in no list, on no map and in no new run from then on. Poses that were made of
+    them stay; `GET /deletions/preview` tells beforehand how many runs go stale.
+    """
+    file = actions.file_for(session, access, Scope.INGEST, file_id)
+    actions.delete_file(session, access, file)
+
+
 router.include_router(vessel_router.router)
 router.include_router(preview_router.router)

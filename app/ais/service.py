@@ -3,7 +3,7 @@
 `readable` is the set of sites that a caller may read, None for all; shared rows are for everybody.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import datetime
@@ -12,7 +12,7 @@ from typing import IO, Any
 
 from sqlalchemy.orm import Session
 
-from app.ais import repository
+from app.ais import import_repository, repository
 from app.ais.area import Area
 from app.ais.importing import Decoded, Imported, Importer, decoded, known_file, store, tidy_up
 from app.ais.recording import Recording
@@ -49,6 +49,7 @@ __all__ = [
     "list_positions",
     "list_vessels",
     "newest_files",
+    "remove_files",
     "reports_between",
     "store",
     "tidy_up",
@@ -180,6 +181,15 @@ def get_file(session: Session, readable: Readable, file_id: int) -> AisFile:
     if file is None:
         raise NotFound(NO_FILE)
     return file
+
+
+def remove_files(database: Database, file_ids: Iterable[int]) -> None:
+    """Remove recordings for good, their rows in short transactions, so that nobody waits."""
+    for file_id in file_ids:
+        while True:
+            with database.writing() as session:
+                if import_repository.remove_some(session, file_id):
+                    break
 
 
 def list_positions(

@@ -14,13 +14,14 @@ SCOPES = {
     "viewport": Scope.REGISTER,
     "run": Scope.INGEST,
     "image": Scope.INGEST,
+    "ais_file": Scope.INGEST,
 }
 
 
 def delete(
-    session: Session, access: Access, entity: str, row_id: int, site_id: int, label: str
+    session: Session, access: Access, entity: str, row_id: int, site_id: int | None, label: str
 ) -> Deletion:
-    """Hide a site, camera, viewport, run or image with all that belongs to it."""
+    """Hide a site, camera, viewport, run, image or recording with all that belongs to it."""
     access.require(SCOPES[entity], site_id)
     deletion = service.delete(
         session, entity, [row_id], site_id=site_id, label=label, user_id=access.user_id

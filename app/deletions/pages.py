@@ -1,10 +1,12 @@
 """Pages of deletions: what goes along, asked before; and what can be brought back."""
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import RedirectResponse
 
+from app.ais import actions as ais
 from app.auth.access import Access, Scope, allowed
 from app.deletions import actions, service
 from app.dependencies import DatabaseDep, SessionDep
@@ -132,7 +134,33 @@ def delete_run(run_id: int, session: SessionDep, access: Operator) -> Response:
     return RedirectResponse(DELETED, status_code=303)
 
 
-def _ask(request: Request, entity: str, name: str, place: str, counts: dict[str, int]) -> Response:
+@router.get("/ais/files/{file_id:int}/delete")
+def ask_recording(
+    request: Request, file_id: int, session: SessionDep, access: Operator
+) -> Response:
+    """Say what goes along with an AIS recording, and what rests on it."""
+    file = ais.file_for(session, access, Scope.INGEST, file_id)
+    counts = service.preview(session, "ais_file", [file.id])
+    stale = run_service.resting_on_recording(session, file.id)
+    return _ask(request, "recording", ais.label(file), f"/ais/files/{file.id}", counts, stale)
+
+
+@router.post("/ais/files/{file_id:int}/delete")
+def delete_recording(file_id: int, session: SessionDep, access: Operator) -> Response:
+    """Delete an AIS recording for 30 days."""
+    file = ais.file_for(session, access, Scope.INGEST, file_id)
+    ais.delete_file(session, access, file)
+    return RedirectResponse(DELETED, status_code=303)
+
+
+def _ask(
+    request: Request,
+    entity: str,
+    name: str,
+    place: str,
+    counts: dict[str, int],
+    stale_runs: Sequence[int] = (),
+) -> Response:
     return page(
         request,
         "deletions/ask.html",
@@ -141,5 +169,6 @@ def _ask(request: Request, entity: str, name: str, place: str, counts: dict[str,
         name=name,
         place=place,
         counts=counts,
+        stale_runs=stale_runs,
         kept_days=service.KEPT.days,
     )

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session, aliased
 
 from app.db import Base, find, now
 from app.paging import Paging, fetch_page
-from app.tables.ais import AisFile
+from app.tables.ais import AisFile, AisPosition, AisStatic
 from app.tables.deletion import WITH_DELETED, Deletable, Deletion
 from app.tables.imagery import Image
 from app.tables.live import StandingRun
@@ -25,9 +25,10 @@ DELETABLE: Mapping[str, type[Any]] = {
     "viewport": Viewport,
     "run": Run,
     "image": Image,
+    "ais_file": AisFile,
 }
 # Runs rest on registrations and images on viewports, so they are removed in this order.
-CHILDREN_FIRST = (Run, Image, Viewport, Camera, Site)
+CHILDREN_FIRST = (AisFile, Run, Image, Viewport, Camera, Site)
 Ids = sa.Select[int]
 
 
@@ -48,6 +49,7 @@ def extent(entity: str, ids: Collection[int]) -> Extent:
     rows: dict[type[Any], Ids] = {table: sa.select(table.id).where(table.id.in_(ids))}
     if Site in rows:
         rows[Camera] = sa.select(Camera.id).where(Camera.site_id.in_(rows[Site]))
+        rows[AisFile] = sa.select(AisFile.id).where(AisFile.site_id.in_(rows[Site]))
     if Camera in rows:
         rows[Viewport] = sa.select(Viewport.id).where(Viewport.camera_id.in_(rows[Camera]))
         rows[Image] = sa.select(Image.id).where(Image.camera_id.in_(rows[Camera]))
@@ -68,8 +70,13 @@ def counts(session: Session, entity: str, going: Extent) -> dict[str, int]:
         "poses": _count(Pose, poses),
         "reviews": _count(Review, Review.pose_id == Pose.id, poses),
         "corrections": _count(Correction, Correction.pose_id == Pose.id, poses),
-        "AIS recordings": _count(AisFile, AisFile.site_id.in_(going.of(Site))),
+        "AIS recordings": _count(AisFile, AisFile.id.in_(going.of(AisFile))),
     }
+    if entity == "ais_file":  # of a whole site there may be many millions
+        statements = {
+            "positions": _count(AisPosition, AisPosition.file_id.in_(going.of(AisFile))),
+            "static reports": _count(AisStatic, AisStatic.file_id.in_(going.of(AisFile))),
+        }
     own = DELETABLE[entity].__tablename__
     found = {name: session.scalar(statement) or 0 for name, statement in statements.items()}
     return {name: count for name, count in found.items() if count and name != own}
@@ -156,6 +163,7 @@ def hidden_parents(session: Session, deletion: Deletion) -> Sequence[str]:
         (Viewport, (Camera,)),
         (Run, (Viewport,)),
         (Image, (Camera,)),
+        (AisFile, (Site,)),
     ):
         for parent in parents:
             key = getattr(table, f"{parent.__tablename__[:-1]}_id")
@@ -220,11 +228,14 @@ def expired(session: Session, table: type[Deletable], before: datetime, limit: i
     )
 
 
-def contents(session: Session, image_ids: Collection[int]) -> set[str]:
-    """Return the addresses of the bytes of images, deleted or not."""
+def contents(session: Session, table: type[Deletable], ids: Collection[int]) -> set[str]:
+    """Return the addresses of the bytes of images or recordings, deleted or not."""
+    columns: Any = table
+    if columns not in {Image, AisFile}:
+        return set()
     return set(
         session.scalars(
-            sa.select(Image.sha256).where(Image.id.in_(image_ids)), execution_options=WITH_DELETED
+            sa.select(columns.sha256).where(columns.id.in_(ids)), execution_options=WITH_DELETED
         )
     )
 

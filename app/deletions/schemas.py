@@ -3,12 +3,12 @@
 from datetime import datetime
 from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from app.deletions import service
 from app.tables.deletion import Deletion
 
-Entity = Literal["site", "camera", "viewport", "run", "image"]
+Entity = Literal["site", "camera", "viewport", "run", "image", "ais_file"]
 
 
 class ExtentOut(BaseModel):
@@ -21,6 +21,9 @@ class ExtentOut(BaseModel):
     entity: Entity
     id: int
     counts: dict[str, int]
+    stale_runs: int = Field(
+        default=0, description="Runs that placed vessels by a recording; their poses stay"
+    )
 
 
 class DeletionOut(BaseModel):
@@ -46,7 +49,7 @@ class DeletionOut(BaseModel):
     id: int
     entity: str
     entity_id: int | None
-    site_id: int
+    site_id: int | None = Field(description="null: of all sites")
     label: str
     counts: dict[str, int]
     deleted_at: datetime

@@ -13,18 +13,21 @@ import sqlalchemy as sa
 import structlog
 from sqlalchemy.orm import Session
 
+from app.ais import service as ais
 from app.db import Database, now
 from app.deletions import repository
 from app.errors import Conflict, NotFound
 from app.imagery import service as imagery
 from app.paging import Paging
 from app.storage import Storage
+from app.tables.ais import AisFile
 from app.tables.deletion import Deletion
-from app.tables.imagery import Image
 
 log = structlog.get_logger()
 KEPT = timedelta(days=30)
 ROWS_AT_ONCE = 200
+TAKEN_NAME = "its name was given to another one meanwhile; rename that first"
+TAKEN = {"ais_file": "the same recording was imported again meanwhile; delete that one first"}
 
 
 def preview(session: Session, entity: str, ids: Collection[int]) -> dict[str, int]:
@@ -37,7 +40,7 @@ def delete(
     entity: str,
     ids: Collection[int],
     *,
-    site_id: int,
+    site_id: int | None,
     label: str,
     user_id: int | None = None,
 ) -> Deletion:
@@ -110,7 +113,7 @@ def restore(session: Session, deletion: Deletion) -> None:
         with session.begin_nested():
             repository.show(session, deletion)
     except sa.exc.IntegrityError as error:
-        raise Conflict("its name was given to another one meanwhile; rename that first") from error
+        raise Conflict(TAKEN.get(deletion.entity, TAKEN_NAME)) from error
     for camera_id in cameras:
         if repository.has_overlaps(session, camera_id):
             raise Conflict(
@@ -130,10 +133,13 @@ def purge(database: Database, storage: Storage, before: datetime | None = None) 
         while True:
             with database.writing() as session:
                 ids = repository.expired(session, table, before, ROWS_AT_ONCE)
-                sha256s = repository.contents(session, ids) if table is Image else set()
-                repository.remove(session, table, ids)
+                sha256s = repository.contents(session, table, ids)
+                if table is not AisFile:
+                    repository.remove(session, table, ids)
             if not ids:
                 break
+            if table is AisFile:
+                ais.remove_files(database, ids)
             name = table.__tablename__
             removed[name] = removed.get(name, 0) + len(ids)
             removed["files"] = removed.get("files", 0) + sweep(database, storage, sha256s)

@@ -18,7 +18,7 @@ from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.jobs import JobClient, JobQueue
 from app.paging import Paging
 from app.runs import growth_repository as growth
-from app.runs import repository
+from app.runs import recording_repository, repository
 from app.runs.parameters import as_json, fusion_settings
 from app.tables.detection import Model
 from app.tables.runs import Run, RunStatus
@@ -32,8 +32,9 @@ ENDED = frozenset({RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.CANCELLED})
 class Progress:
     """How far a run is, with its rate and what remains; None where it cannot be told.
 
-    `is_stale` says that its viewport was registered anew, or times or viewports of its images were
-    changed since: its poses stay as they are.
+    `is_stale` says that its viewport was registered anew, times or viewports of its images were
+    changed, or an AIS recording of their time was deleted since (`lost_recording`): its poses stay
+    as they are.
     """
 
     status: RunStatus
@@ -46,6 +47,7 @@ class Progress:
     matches: int
     poses: int
     is_stale: bool
+    lost_recording: bool
 
 
 def start_run(
@@ -231,13 +233,34 @@ def with_progress(session: Session, runs: Sequence[Run]) -> list[tuple[Run, Prog
     """Tell of each run how far it is, with as many queries for many as for one."""
     counts = repository.counts(session, [run.id for run in runs])
     newest = repository.newest_registration_ids(session, [run.viewport_id for run in runs])
+    lost = {
+        run_id
+        for recording in recording_repository.deleted(session)
+        for run_id in recording_repository.runs_in_time_of(session, recording, list(counts))
+    }
     return [
-        (run, _progress(run, counts[run.id], newest.get(run.viewport_id, run.registration_id)))
+        (
+            run,
+            _progress(
+                run,
+                counts[run.id],
+                newest.get(run.viewport_id, run.registration_id),
+                lost_recording=run.id in lost,
+            ),
+        )
         for run in runs
     ]
 
 
-def _progress(run: Run, counts: repository.Counts, newest_registration_id: int) -> Progress:
+def resting_on_recording(session: Session, file_id: int) -> list[int]:
+    """Return the runs that placed vessels in the time of an AIS recording, in order."""
+    recording = recording_repository.recorded(session, file_id)
+    return sorted(recording_repository.runs_in_time_of(session, recording)) if recording else []
+
+
+def _progress(
+    run: Run, counts: repository.Counts, newest_registration_id: int, *, lost_recording: bool
+) -> Progress:
     rate = _rate_per_s(run, counts.images_done, counts.last_done_at)
     left = counts.images_total - counts.images_done
     return Progress(
@@ -250,7 +273,10 @@ def _progress(run: Run, counts: repository.Counts, newest_registration_id: int) 
         detections=counts.detections,
         matches=counts.matches,
         poses=counts.poses,
-        is_stale=newest_registration_id != run.registration_id or run.has_changed_images,
+        is_stale=newest_registration_id != run.registration_id
+        or run.has_changed_images
+        or lost_recording,
+        lost_recording=lost_recording,
     )
 
 

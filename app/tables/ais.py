@@ -13,7 +13,9 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from app.db import Base, Json, now
 from app.domain.cells import cell_of
+from app.tables.deletion import Deletable, index_of_deleted
 
+_PRESENT = sa.text("deleted_at IS NULL")
 _IMPORTING = sa.text("NOT is_whole")
 WideId = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
 
@@ -30,8 +32,10 @@ def _cell(context: DefaultExecutionContext) -> int:
     return cell_of(row["lat_deg"], row["lon_deg"])
 
 
-class AisFile(Base):
+class AisFile(Deletable, Base):
     """One imported recording, known by its content, with what became of every line.
+
+    A deleted one hides all its reports, and its content may come again meanwhile.
 
     `mapping` is what somebody said of its table's columns. Until `is_whole` its rows are being
     written, and nobody sees them.
@@ -58,7 +62,15 @@ class AisFile(Base):
     )
 
     __table_args__ = (
-        sa.Index("uq_ais_files_content", "sha256", sa.text("coalesce(site_id, 0)"), unique=True),
+        sa.Index(
+            "uq_ais_files_content",
+            "sha256",
+            sa.text("coalesce(site_id, 0)"),
+            unique=True,
+            sqlite_where=_PRESENT,
+            postgresql_where=_PRESENT,
+        ),
+        index_of_deleted("ais_files"),
         sa.Index(
             "ix_ais_files_importing", "id", sqlite_where=_IMPORTING, postgresql_where=_IMPORTING
         ),

@@ -104,9 +104,10 @@ class VesselStateRow(Base):
     """A vessel's AIS state at the time of an image, and what became of it in the matching.
 
     `outcome` is `matched` or the reason why not. `report_ids` are the positions it was made from,
-    by `track_method`; the covariance is east-east, east-north, north-north (rows of old runs have
-    neither it nor a sigma). `flags` say what to know before trusting it. `segments_px` holds the
-    water-level plane segment as reported and dead-reckoned, 4 corners (u, v) each, empty where it
+    by `track_method`, `static_ids` the static reports that told its size; the covariance is
+    east-east, east-north, north-north (rows of old runs have neither it nor a sigma). `flags` say
+    what to know before trusting it. `segments_px` holds the water-level plane segment as reported
+    and dead-reckoned, 4 corners (u, v) each, empty where it
     has no projection.
     """
 
@@ -127,6 +128,7 @@ class VesselStateRow(Base):
     to_port_m: Mapped[float]
     to_starboard_m: Mapped[float]
     report_ids: Mapped[list[int]]
+    static_ids: Mapped[list[int]] = mapped_column(default=list, server_default=sa.text("'[]'"))
     track_method: Mapped[str | None] = mapped_column(sa.String(16))
     position_covariance_m2: Mapped[list[float] | None] = mapped_column(Json)
     heading_sigma_deg: Mapped[float | None]

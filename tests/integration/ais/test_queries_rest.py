@@ -108,8 +108,10 @@ def test_vessels_are_searched(
 ) -> None:
     """Parts of names and beginnings of MMSI find vessels; wildcards are plain characters."""
     with database.writing() as session:
-        make_vessel(session, mmsi=MMSI, name="ELBE 3")
-        make_vessel(session, mmsi=MMSI + 1, name="100% COTTON")
+        site = make_site(session)
+        for number, name in enumerate(("ELBE 3", "100% COTTON")):
+            make_vessel(session, mmsi=MMSI + number, name=name)
+            make_position(session, site, NOON, mmsi=MMSI + number)
     vessels = client.get("/api/v1/ais/vessels", params={"q": search}).json()["items"]
     assert [vessel["mmsi"] - MMSI for vessel in vessels] == found
 
