@@ -13,6 +13,7 @@ SCOPES = {
     "camera": Scope.REGISTER,
     "viewport": Scope.REGISTER,
     "run": Scope.INGEST,
+    "import": Scope.INGEST,
     "image": Scope.INGEST,
     "ais_file": Scope.INGEST,
 }

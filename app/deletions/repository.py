@@ -13,6 +13,7 @@ from app.paging import Paging, fetch_page
 from app.tables.ais import AisFile, AisPosition, AisStatic
 from app.tables.deletion import WITH_DELETED, Deletable, Deletion
 from app.tables.imagery import Image
+from app.tables.imports import ImageImport, ImportStatus
 from app.tables.live import StandingRun
 from app.tables.registration import Registration
 from app.tables.reviews import Correction, Review
@@ -24,6 +25,7 @@ DELETABLE: Mapping[str, type[Any]] = {
     "camera": Camera,
     "viewport": Viewport,
     "run": Run,
+    "import": ImageImport,
     "image": Image,
     "ais_file": AisFile,
 }
@@ -46,6 +48,8 @@ class Extent:
 def extent(entity: str, ids: Collection[int]) -> Extent:
     """Return what goes with some rows of one kind."""
     table = DELETABLE[entity]
+    if table is ImageImport:  # the batch itself stays, and can be brought back there too
+        return Extent({Image: _images_of(ids)})
     rows: dict[type[Any], Ids] = {table: sa.select(table.id).where(table.id.in_(ids))}
     if Site in rows:
         rows[Camera] = sa.select(Camera.id).where(Camera.site_id.in_(rows[Site]))
@@ -56,6 +60,14 @@ def extent(entity: str, ids: Collection[int]) -> Extent:
     if Viewport in rows:
         rows[Run] = sa.select(Run.id).where(Run.viewport_id.in_(rows[Viewport]))
     return Extent(rows)
+
+
+def _images_of(import_ids: Collection[int]) -> Ids:
+    return (
+        sa.select(Image.id)
+        .join(ImageImport, ImageImport.id == Image.import_id)
+        .where(ImageImport.id.in_(import_ids), Image.camera_id == ImageImport.camera_id)
+    )
 
 
 def counts(session: Session, entity: str, going: Extent) -> dict[str, int]:
@@ -127,6 +139,13 @@ def show(session: Session, deletion: Deletion) -> None:
             .values(deleted_at=None, deletion_id=None, **_changed(table, now()))
             .execution_options(synchronize_session=False)
         )
+    if deletion.entity == "import":
+        session.execute(
+            sa.update(ImageImport)
+            .where(ImageImport.id == deletion.entity_id)
+            .values(status=ImportStatus.COMMITTED, undone_at=None, version=ImageImport.version + 1)
+            .execution_options(synchronize_session=False)
+        )
     session.expire_all()
     session.delete(deletion)
     session.flush()
@@ -135,6 +154,13 @@ def show(session: Session, deletion: Deletion) -> None:
 def get(session: Session, deletion_id: int) -> Deletion | None:
     """Return a deletion."""
     return find(session, Deletion, deletion_id)
+
+
+def of(session: Session, entity: str, entity_id: int) -> Deletion | None:
+    """Return the deletion of one thing that can still be undone."""
+    return session.scalar(
+        sa.select(Deletion).where(Deletion.entity == entity, Deletion.entity_id == entity_id)
+    )
 
 
 def listed(

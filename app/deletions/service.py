@@ -80,6 +80,11 @@ def get_deletion(session: Session, deletion_id: int) -> Deletion:
     return deletion
 
 
+def deletion_of(session: Session, entity: str, entity_id: int) -> Deletion | None:
+    """Return the deletion that took one thing, if it can still be undone."""
+    return repository.of(session, entity, entity_id)
+
+
 def list_deletions(
     session: Session, site_ids: frozenset[int] | None, paging: Paging
 ) -> tuple[Sequence[Deletion], str | None]:

@@ -146,7 +146,7 @@ def discard(place: Place, access: Access, import_id: int) -> ImageImport:
 
 def undo(session: Session, access: Access, row: ImageImport) -> None:
     """Delete all images of a batch."""
-    count = service.undo(session, row)
+    count = service.undo(session, row, access.user_id)
     record(session, access, "undo", "import", row.id, row.site_id, images=count)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from app.db import now
+from app.deletions import service as deletions
 from app.edits import flush_edit
 from app.errors import Conflict, Invalid, NotFound
 from app.imagery.names import tidy
@@ -260,17 +261,27 @@ def takes_along(session: Session, row: ImageImport) -> TakesAlongOut:
     )
 
 
-def undo(session: Session, row: ImageImport) -> int:
-    """Delete all images of a batch; returns how many. They can be restored for 30 days."""
+def undo(session: Session, row: ImageImport, user_id: int | None) -> int:
+    """Delete all images of a batch; returns how many.
+
+    They stand in Recently deleted as one thing, and can be restored for 30 days.
+    """
     row.status, row.undone_at = states.after(row.status, Act.UNDO), now()
-    count = repository.hide_images(session, row, row.undone_at)
     flush_edit(session)
-    return count
+    deletion = deletions.delete(
+        session, "import", [row.id], site_id=row.site_id, label=row.name, user_id=user_id
+    )
+    return int(deletion.counts.get("images", 0))
 
 
 def restore(session: Session, row: ImageImport) -> int:
     """Bring the images of an undone batch back; returns how many. Raises Conflict after 30 days."""
     status = states.after(row.status, Act.RESTORE)
+    deletion = deletions.deletion_of(session, "import", row.id)
+    if deletion is not None:
+        deletions.restore(session, deletion)
+        return repository.count_images(session, row)
+    # Undone before batches stood in Recently deleted.
     if row.undone_at is not None and row.undone_at < now() - KEPT_FOR:
         raise Conflict("it was undone more than 30 days ago, and its images are gone; import anew")
     count = repository.show_images(session, row)

@@ -122,7 +122,7 @@ def test_a_strangers_folder_is_told_apart(sender: Sender) -> None:
             "a/1.jpg": hour(3),
             "a/cut.jpg": hour(4)[:-300],
             "a/page.jpg": b"<html>" * 20,
-            "a/turned.jpg": hour(5, orientation=6),
+            "a/turned.png": hour(5, kind="PNG", orientation=6),
             "a/small.jpg": photograph(6, 32, 24, taken="2026:07:01 06:00:00"),
             "a/empty.jpg": b"",
             "a/untimed.jpg": photograph(7),
@@ -135,7 +135,7 @@ def test_a_strangers_folder_is_told_apart(sender: Sender) -> None:
     }
     refused = next(odd for odd in preview["odd"] if odd["kind"] == "refused")
     reasons = {example["path"]: example["detail"] for example in refused["examples"]}
-    assert "exiftool" in reasons["a/turned.jpg"]
+    assert "exiftool" in reasons["a/turned.png"]
     assert "cut off" in reasons["a/cut.jpg"]
     assert "neither JPEG" in reasons["a/page.jpg"]
     assert preview["ready_count"] == 4
@@ -176,6 +176,28 @@ def test_undo_takes_all_along_and_restore_brings_it_back(
     assert sender.act("undo").status_code == 409
     assert sender.act("restore").json()["status"] == "committed"
     assert len(images(client, camera)) == 3
+
+
+def test_an_undone_batch_stands_among_what_was_deleted_as_one_thing(
+    sender: Sender, client: TestClient, camera: Camera
+) -> None:
+    """From there it is restored with its own status, but for an image that was deleted before."""
+    sender.send({"1.jpg": hour(1), "2.jpg": hour(2), "3.jpg": hour(3)})
+    sender.act("commit")
+    (first, *_) = client.get("/api/v1/images", params={"camera_id": camera.id}).json()["items"]
+    client.delete(f"/api/v1/images/{first['id']}")
+    batch = sender.act("undo").json()
+    shown = client.get("/api/v1/deletions").json()["items"][-1]
+    assert (shown["entity"], shown["entity_id"], shown["label"]) == (
+        "import",
+        batch["id"],
+        batch["name"],
+    )
+    assert shown["counts"] == {"images": 2}
+    assert client.post(f"/api/v1/deletions/{shown['id']}/restore").status_code < 300
+    again = client.get(sender.address).json()
+    assert (again["status"], again["undone_at"]) == ("committed", None)
+    assert len(images(client, camera)) == 2
 
 
 def test_a_batch_moves_to_another_camera(
