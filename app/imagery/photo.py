@@ -5,9 +5,8 @@ in disguise never reaches a decoder. Then comes the question whether the picture
 that breaks off half way would otherwise fail in a worker, hours later. A single upload is decoded
 once for it. Of thousands that come together, a JPEG that ends with its end marker counts as whole.
 
-A picture that EXIF says to turn is refused. Browsers and some decoders turn it, others do not, so
-"pixel (u, v)" would mean two places, and the camera's intrinsics fit only one of them. Which one is
-for the operator to say: by turning the pixels, or by removing the tag.
+The size is that of the upright picture (see `upright`). A picture of another format than JPEG that
+EXIF says to turn is refused: not all browsers turn it, so "pixel (u, v)" would mean two places.
 """
 
 import io
@@ -15,13 +14,13 @@ import re
 import struct
 from dataclasses import dataclass
 from datetime import datetime
-from typing import cast
 
 import simplejpeg
 from PIL import ExifTags, Image, UnidentifiedImageError
 
 from app import archives
 from app.errors import Invalid, TooLarge, UnsupportedMedia
+from app.imagery import upright
 
 MEDIA_TYPES = {
     "JPEG": "image/jpeg",
@@ -30,7 +29,6 @@ MEDIA_TYPES = {
     "WEBP": "image/webp",
 }
 MAGIC = re.compile(rb"\xff\xd8\xff|\x89PNG\r\n\x1a\n|RIFF....WEBP", re.DOTALL)
-UPRIGHT = 1
 _JPEG_END = b"\xff\xd9"
 _TAIL_BYTES = 1 << 16
 # Cheap cameras pad their files; libjpeg warns and decodes every pixel.
@@ -42,7 +40,7 @@ BROKEN = (OSError, SyntaxError, ValueError, struct.error, EOFError, IndexError, 
 
 @dataclass(frozen=True, slots=True)
 class Photo:
-    """A photograph's header: media type, size in px, and the moment its EXIF tells.
+    """A photograph's header: media type, upright size in px, and the moment its EXIF tells.
 
     `exif_taken_at` is naive where EXIF names no offset.
     """
@@ -57,26 +55,28 @@ def inspect(data: bytes, max_pixels: int) -> Photo:
     """Read a photograph's header without decoding it.
 
     Raises UnsupportedMedia for anything but JPEG, PNG and WebP, TooLarge for too many pixels,
-    Invalid for a broken header or a picture that EXIF says to turn.
+    Invalid for a broken header or a picture that cannot be turned as EXIF says.
     """
     try:
         with Image.open(io.BytesIO(data), formats=("JPEG", "PNG", "WEBP")) as picture:
             width_px, height_px = picture.size
             media_type = MEDIA_TYPES[str(picture.format)]
             _refuse_too_many_pixels(width_px, height_px, max_pixels)
-            orientation, taken_at = _exif(picture)
+            orientation, taken_at = upright.of_picture(picture), _taken_at(picture)
     except MemoryError as error:
         raise TooLarge("the picture has far too many pixels") from error
     except BROKEN as error:
         if isinstance(error, UnidentifiedImageError) and not MAGIC.match(data):
             raise UnsupportedMedia(f"file: {_other_kind(data)}") from error
         raise Invalid.field("file", "has a broken header; export the picture again") from error
-    if orientation != UPRIGHT:
+    if orientation != upright.UPRIGHT and media_type != "image/jpeg":
         raise Invalid.field(
             "file",
-            "its EXIF orientation says to turn it, so its pixel coordinates would be ambiguous; "
-            "turn the pixels or remove the tag (exiftool -Orientation= FILE), then upload again",
+            "its EXIF orientation says to turn it, which not all viewers do in this format; "
+            "turn the pixels, remove the tag (exiftool -Orientation= FILE) or upload a JPEG",
         )
+    if upright.lies_on_its_side(orientation):
+        width_px, height_px = height_px, width_px
     return Photo(media_type, width_px, height_px, taken_at)
 
 
@@ -116,7 +116,8 @@ def check_whole(data: bytes, photo: Photo) -> None:
 
 def _check_jpeg(data: bytes, photo: Photo) -> None:
     try:
-        simplejpeg.decode_jpeg(data, "GRAY", fastdct=True, min_width=-(-photo.width_px // 8))
+        shorter_px = min(photo.width_px, photo.height_px)  # whichever of both is stored as width
+        simplejpeg.decode_jpeg(data, "GRAY", fastdct=True, min_width=-(-shorter_px // 8))
     except ValueError as error:
         if not HARMLESS.search(str(error)):
             raise
@@ -130,18 +131,14 @@ def _refuse_too_many_pixels(width_px: int, height_px: int, max_pixels: int) -> N
         )
 
 
-def _exif(picture: Image.Image) -> tuple[int, datetime | None]:
-    """Return (orientation, moment taken); EXIF that cannot be read says nothing."""
+def _taken_at(picture: Image.Image) -> datetime | None:
+    """Return the moment taken; EXIF that cannot be read says nothing."""
     try:
-        exif = picture.getexif()
-        details = exif.get_ifd(ExifTags.IFD.Exif)
-        orientation = exif.get(ExifTags.Base.Orientation, UPRIGHT)
+        details = picture.getexif().get_ifd(ExifTags.IFD.Exif)
     except BROKEN:
-        return UPRIGHT, None
-    # Values out of the range of 1 to 8 mean nothing; viewers ignore them.
-    turned = orientation if orientation in range(2, 9) else UPRIGHT
+        return None
     tag = ExifTags.Base
-    return cast("int", turned), _moment(
+    return _moment(
         details.get(tag.DateTimeOriginal),
         details.get(tag.SubsecTimeOriginal),
         details.get(tag.OffsetTimeOriginal) or details.get(tag.OffsetTime),

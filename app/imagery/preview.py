@@ -10,6 +10,9 @@ import numpy as np
 import simplejpeg
 from PIL import Image
 
+from app.domain.arrays import UInt8Array
+from app.imagery import upright
+
 WIDTHS_PX = (320, 640, 1280, 1920)
 QUALITY = 82
 
@@ -33,15 +36,23 @@ def make_preview(data: bytes, media_type: str, width_px: int) -> bytes:
 
 def _decode(data: bytes, media_type: str, width_px: int) -> Image.Image:
     if media_type == "image/jpeg":
-        try:
-            return Image.fromarray(
-                simplejpeg.decode_jpeg(
-                    data, "RGB", fastdct=True, fastupsample=True, min_width=width_px, strict=False
-                )
-            )
-        except ValueError:
-            pass  # CMYK, which only Pillow turns into RGB
-    with Image.open(io.BytesIO(data), formats=("JPEG", "PNG", "WEBP")) as picture:
+        orientation = upright.orientation_of(data)
+        return Image.fromarray(upright.turned(_jpeg(data, width_px, orientation), orientation))
+    with Image.open(io.BytesIO(data), formats=("PNG", "WEBP")) as picture:
         if picture.mode.startswith("I"):  # 16 bits of grey
             return picture.point(lambda grey: grey / 256).convert("L").convert("RGB")
         return picture.convert("RGB")
+
+
+def _jpeg(data: bytes, width_px: int, orientation: int) -> UInt8Array:
+    """Return the pixels of a JPEG as stored, RGB, not much larger than needed."""
+    least = "min_height" if upright.lies_on_its_side(orientation) else "min_width"
+    try:
+        return np.asarray(
+            simplejpeg.decode_jpeg(
+                data, "RGB", fastdct=True, fastupsample=True, strict=False, **{least: width_px}
+            )
+        )
+    except ValueError:  # CMYK, which only Pillow turns into RGB
+        with Image.open(io.BytesIO(data), formats=("JPEG",)) as picture:
+            return np.asarray(picture.convert("RGB"))

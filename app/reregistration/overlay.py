@@ -15,6 +15,7 @@ from app.domain.camera import Camera
 from app.domain.geodesy import EnuFrame
 from app.domain.rotations import matrix_from_rotvec
 from app.errors import Conflict
+from app.imagery import upright
 from app.registration.service import camera_of
 from app.reregistration import repository
 from app.storage import Storage
@@ -109,8 +110,9 @@ def _warped(data: bytes, camera: Camera, turned: FloatArray) -> bytes:
     picture = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     if picture is None:
         raise Conflict("the reference photograph cannot be decoded")
+    seen = upright.turned(np.asarray(picture, np.uint8), upright.orientation_of(data))
     from_u, from_v = _sources(camera, turned)
-    warped = cv2.remap(picture, from_u, from_v, cv2.INTER_LINEAR)
+    warped = cv2.remap(seen, from_u, from_v, cv2.INTER_LINEAR)
     _, encoded = cv2.imencode(".jpg", warped, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     return encoded.tobytes()
 

@@ -1,8 +1,8 @@
-"""Photographs into pixels, exactly as stored.
+"""Photographs into pixels, upright.
 
-Cameras write a rotation into EXIF that viewers apply and registration must not: its keypoints
-refer to stored pixels. So the flag is ignored here, and what the detector sees is what the
-keypoints were clicked on.
+Cameras write into EXIF how to turn what they stored, and viewers obey. So does this: keypoints are
+clicked on the picture as it is seen, and a detector finds more in one that does not stand on its
+head.
 """
 
 import ctypes
@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from app.domain.arrays import UInt8Array
+from app.imagery import upright
 
 _M_TRIM_THRESHOLD = -1
 _M_MMAP_THRESHOLD = -3
@@ -20,7 +21,7 @@ _LARGEST_MMAP_THRESHOLD = 32 * 2**20  # glibc refuses more
 
 
 def decode_image(data: bytes) -> UInt8Array:
-    """Decode an image file into (height, width, 3), BGR, as stored.
+    """Decode an image file into (height, width, 3), BGR, upright (see `app.imagery.upright`).
 
     Raises:
         ValueError: the bytes are no image that OpenCV reads.
@@ -32,7 +33,7 @@ def decode_image(data: bytes) -> UInt8Array:
     image = cv2.imdecode(encoded, flags) if encoded.size else None
     if image is None:
         raise ValueError("the image cannot be decoded: it is damaged or of an unknown format")
-    return np.asarray(image, dtype=np.uint8)
+    return upright.turned(np.asarray(image, dtype=np.uint8), upright.orientation_of(data))
 
 
 @cache

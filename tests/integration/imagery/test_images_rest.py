@@ -101,6 +101,7 @@ def test_simultaneous_uploads_make_one_image(
         (photograph(kind="WEBP")[:-300], 422),
         (photograph(width_px=48, height_px=64), 422),
         (photograph(orientation=6), 422),
+        (photograph(kind="PNG", orientation=6), 422),
     ],
     ids=[
         "html",
@@ -112,7 +113,8 @@ def test_simultaneous_uploads_make_one_image(
         "cut png",
         "cut webp",
         "other size",
-        "turned",
+        "lies on its side, so of other size",
+        "turned png",
     ],
 )
 def test_what_is_no_photograph_of_the_camera_is_refused(

@@ -10,15 +10,15 @@ from PIL import Image
 from worker.inference.image import decode_image
 
 
-def test_pixels_are_those_stored_whatever_exif_says() -> None:
-    """An EXIF rotation is not applied: keypoints refer to stored pixels."""
+def test_pixels_are_those_that_viewers_show() -> None:
+    """An EXIF rotation is applied: keypoints are clicked on the upright picture."""
     picture = Image.new("RGB", (64, 32), (255, 0, 0))
     exif = Image.Exif()
     exif[0x0112] = 6  # to be turned by 90 degrees
     file = io.BytesIO()
     picture.save(file, "JPEG", exif=exif)
     image = decode_image(file.getvalue())
-    assert image.shape == (32, 64, 3)
+    assert image.shape == (64, 32, 3)
     assert image[0, 0].argmax() == 2  # red is last: BGR
 
 
