@@ -19,7 +19,7 @@ from app.storage import Storage
 from app.tables.ais import AisFile
 from app.tables.ais_uploads import AisUpload
 
-LONGEST_WAIT_S = 60.0  # while another recording is stored; a caller may try again
+LONGEST_WAIT_S = 60.0  # while the same bytes are stored for somebody; a caller may try again
 
 
 def site_to_import_for(database: Database, access: Access, site_id: int | None) -> int | None:
@@ -48,17 +48,12 @@ def import_upload(
     site_id: int | None,
     mapping: TableMapping | None = None,
 ) -> service.Imported:
-    """Import an uploaded recording, decoded before the first writing statement."""
+    """Import an uploaded recording."""
     site_id = site_to_import_for(database, access, site_id)
-    return service.import_recording(
-        database,
-        storage,
-        upload.file,
-        importer_for(access, site_id),
-        file_name=upload.filename or "",
-        max_bytes=settings.max_ais_file_bytes,
-        mapping=mapping,
+    source = service.Source(
+        upload.file, upload.filename or "", settings.max_ais_file_bytes, mapping
     )
+    return service.import_recording(database, storage, source, importer_for(access, site_id))
 
 
 def stage_upload(

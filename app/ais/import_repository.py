@@ -1,105 +1,109 @@
 """Writing a recording's rows: as many a second as the database takes.
 
-Both ways go past the ORM: driver tuples on SQLite, COPY into a temporary table on Postgres. A fix
-that another recording, or another part of this one, brought already is left out and counted by its
-absence; repeats within one part are the decoder's business, which knows the payloads. So a fix
-counts as known only if its row was there before its part began. Imports take turns (`turn`), so
-that of two with the same fixes the second finds those of the first.
+Both ways go past the ORM: driver tuples on SQLite, COPY on Postgres. A fix that another recording,
+or another part of this one, brought already is left out and counted by its absence; repeats within
+one part are the decoder's business, which knows the payloads. So a fix counts as known only if its
+row was there before its part began. Rows of a recording that is being written at the same time do
+not count, because they may go again: of two such, who ends later takes out what both have.
 """
 
-from collections.abc import Mapping, Sequence
+import sqlite3
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
 from typing import Any
 
 import psycopg
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, aliased
 
+from app.ais.rows import POSITION_COLUMNS, STATIC_COLUMNS, Columns, Row
 from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
 
-Rows = Sequence[Sequence[tuple[Any, ...]]]
-
+_BEGIN_AND_END_LOCK = 0x4149_5303  # "AIS": any number of ours that no other lock has
 _ROWS_REMOVED_AT_ONCE = 20_000
 _VESSELS_AT_ONCE = 1_000
 
-# The numbers of `app.domain.cells`. To an integer SQLite truncates and Postgres rounds.
-_SQLITE_INTO_POSITIONS = """
-INSERT INTO ais_positions (mmsi, fix_time, received_at, lat_deg, lon_deg, sog_kn, cog_deg,
-    heading_deg, rot_deg_min, message_type, ais_class, high_accuracy, fix_time_source, cell,
-    site_id, file_id)
+_POSITIONS = f"ais_positions ({', '.join(POSITION_COLUMNS)}, site_id, file_id)"
+_STATICS = f"ais_statics ({', '.join(STATIC_COLUMNS)}, site_id, file_id)"
+# What is the same in all rows stands in the statements, as numbers: it need not be bound.
+_COUNTS_AS_KNOWN = """
+    known.id <= {last_id} AND coalesce(known.site_id, 0) = coalesce({site_id}, 0)
+    AND coalesce(known.file_id, 0) <= {file_id} AND coalesce(known.file_id, 0) NOT IN ({others})
+    AND coalesce(known.file_id, 0) NOT IN (SELECT id FROM ais_files WHERE deleted_at IS NOT NULL)
 """
-_SQLITE_POSITION = """
-    ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13,
-    CAST((?4 + 90) * 20 AS INTEGER) * 7201 + CAST((?5 + 180) * 20 AS INTEGER),
-    {site_id}, {file_id}
+_IS_TIME_KNOWN = """
+SELECT EXISTS (SELECT 1 FROM ais_positions AS known {by_time}
+    WHERE fix_time BETWEEN {mark} AND {mark} AND {counts})
 """
-_SQLITE_ALL_POSITIONS = f"{_SQLITE_INTO_POSITIONS} VALUES ({_SQLITE_POSITION})"
-_SQLITE_NEW_POSITIONS = f"""{_SQLITE_INTO_POSITIONS} SELECT {_SQLITE_POSITION}
-WHERE NOT EXISTS (
-    SELECT 1 FROM ais_positions
-    WHERE mmsi = ?1 AND fix_time = ?2 AND lat_deg = ?4 AND lon_deg = ?5
-        AND coalesce(site_id, 0) = coalesce({{site_id}}, 0) AND id <= {{last_id}}
-        AND coalesce(file_id, 0) NOT IN (SELECT id FROM ais_files WHERE deleted_at IS NOT NULL)
+_VALUES = ", ".join(f"?{at}" for at, _ in enumerate(POSITION_COLUMNS, 1))
+_SQLITE_POSITIONS = f"""
+INSERT INTO {_POSITIONS} VALUES ({_VALUES}, {{site_id}}, {{file_id}})
+"""  # noqa: S608  made of the pieces above
+_SQLITE_NEW_POSITIONS = f"""
+INSERT INTO {_POSITIONS} SELECT {_VALUES}, {{site_id}}, {{file_id}} WHERE NOT EXISTS (
+    SELECT 1 FROM ais_positions AS known
+    WHERE mmsi = ?1 AND fix_time = ?2 AND lat_deg = ?4 AND lon_deg = ?5 AND {_COUNTS_AS_KNOWN}
 )
-"""  # noqa: S608  made of the two pieces above
-_SQLITE_KNOWN_MEANWHILE = """
-SELECT EXISTS (
-    SELECT 1 FROM ais_positions INDEXED BY ix_ais_positions_time
-    WHERE fix_time BETWEEN ? AND ? AND id <= ?
-)
-"""
+"""  # noqa: S608  made of the pieces above
+_SQLITE_STATICS = f"""
+INSERT INTO {_STATICS} VALUES ({", ".join("?" for _ in STATIC_COLUMNS)}, {{site_id}}, {{file_id}})
+"""  # noqa: S608  made of the pieces above
 _SQLITE_CACHE = "PRAGMA cache_size = -32768"  # KiB, while rows are written; else SQLite's own
 _SQLITE_CACHE_AFTER = "PRAGMA cache_size = -2000"
-_SQLITE_STATICS = """
-INSERT INTO ais_statics (site_id, file_id, mmsi, received_at, name, callsign, imo, ship_type,
-    to_bow_m, to_stern_m, to_port_m, to_starboard_m, mothership_mmsi)
-VALUES ({site_id}, {file_id}, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
+
+_POSTGRES_ZONE = "SET LOCAL TIME ZONE 'UTC'"  # the rows' moments do not tell theirs
+_ARRIVING = """
+CREATE TEMPORARY TABLE arriving ON COMMIT DROP AS SELECT * FROM ais_positions LIMIT 0
 """
-_ARRIVING_POSITIONS = """
-CREATE TEMPORARY TABLE IF NOT EXISTS arriving_positions (
-    mmsi integer, fix_time timestamp, received_at timestamp, lat_deg double precision,
-    lon_deg double precision, sog_kn double precision, cog_deg double precision,
-    heading_deg double precision, rot_deg_min double precision, message_type integer,
-    ais_class varchar(1), high_accuracy boolean, fix_time_source varchar(16)
-) ON COMMIT DROP
-"""
-_KEEP_POSITIONS = """
-INSERT INTO ais_positions (site_id, file_id, mmsi, fix_time, received_at, lat_deg,
-    lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min, message_type, ais_class, high_accuracy,
-    fix_time_source, cell)
-SELECT %(site_id)s::integer, %(file_id)s::integer, mmsi, fix_time AT TIME ZONE 'UTC',
-    received_at AT TIME ZONE 'UTC', lat_deg, lon_deg, sog_kn, cog_deg, heading_deg, rot_deg_min,
-    message_type, ais_class, high_accuracy, fix_time_source,
-    floor((lat_deg + 90) * 20)::integer * 7201 + floor((lon_deg + 180) * 20)::integer
-FROM arriving_positions AS arriving
-WHERE NOT EXISTS (
+_INTO_ARRIVING = _POSITIONS.replace("ais_positions", "arriving")
+_POSTGRES_NEW_POSITIONS = f"""
+INSERT INTO {_POSITIONS} SELECT {", ".join(POSITION_COLUMNS)}, site_id, file_id
+FROM arriving WHERE NOT EXISTS (
     SELECT 1 FROM ais_positions AS known
-    WHERE known.mmsi = arriving.mmsi AND known.fix_time = arriving.fix_time AT TIME ZONE 'UTC'
+    WHERE known.mmsi = arriving.mmsi AND known.fix_time = arriving.fix_time
         AND known.lat_deg = arriving.lat_deg AND known.lon_deg = arriving.lon_deg
-        AND coalesce(known.site_id, 0) = coalesce(%(site_id)s::integer, 0)
-        AND known.id <= %(last_id)s::bigint
-        AND coalesce(known.file_id, 0)
-            NOT IN (SELECT id FROM ais_files WHERE deleted_at IS NOT NULL)
+        AND {_COUNTS_AS_KNOWN}
 )
-"""
-_ARRIVING_STATICS = """
-CREATE TEMPORARY TABLE IF NOT EXISTS arriving_statics (
-    mmsi integer, received_at timestamp, name varchar(64), callsign varchar(16), imo integer,
-    ship_type integer, to_bow_m double precision, to_stern_m double precision,
-    to_port_m double precision, to_starboard_m double precision, mothership_mmsi integer
-) ON COMMIT DROP
-"""
-_KEEP_STATICS = """
-INSERT INTO ais_statics (site_id, file_id, mmsi, received_at, name, callsign, imo, ship_type,
-    to_bow_m, to_stern_m, to_port_m, to_starboard_m, mothership_mmsi)
-SELECT %(site_id)s::integer, %(file_id)s::integer, mmsi, received_at AT TIME ZONE 'UTC', name,
-    callsign, imo, ship_type, to_bow_m, to_stern_m, to_port_m, to_starboard_m, mothership_mmsi
-FROM arriving_statics
-"""
-_EMPTY_POSITIONS = "TRUNCATE arriving_positions"
-_EMPTY_STATICS = "TRUNCATE arriving_statics"
-_COPY_POSITIONS = "COPY arriving_positions FROM STDIN"
-_COPY_STATICS = "COPY arriving_statics FROM STDIN"
+"""  # noqa: S608  made of the pieces above
+_LINE = "\t".join("%s" for _ in POSITION_COLUMNS)  # none of these texts is free or says "None"
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where rows come from: the file, for which site, and which part of it.
+
+    `others` are the files that were being written when this one began, `last_id` is the last
+    position's id before the part began.
+    """
+
+    site_id: int | None
+    file_id: int
+    others: Sequence[int] = ()
+    last_id: int = 0
+
+    def told_in(self, statement: str) -> str:
+        """Return a statement with these numbers."""
+        return statement.format(
+            site_id="NULL" if self.site_id is None else self.site_id,
+            file_id=self.file_id,
+            others=", ".join(map(str, self.others)) or "-1",
+            last_id=self.last_id,
+        )
+
+
+def take_turn(session: Session) -> None:
+    """Let imports begin and end one after the other; on SQLite every writer does."""
+    if not _is_sqlite(session):
+        session.execute(sa.select(sa.func.pg_advisory_xact_lock(_BEGIN_AND_END_LOCK)))
+
+
+def is_being_written(session: Session, sha256: str, site_id: int | None) -> bool:
+    """Whether a file with these bytes is unfinished."""
+    same = sa.func.coalesce(AisFile.site_id, 0) == (site_id or 0)
+    found = sa.select(AisFile.id).where(AisFile.sha256 == sha256, same, ~AisFile.is_whole)
+    return session.scalar(found) is not None
 
 
 def add_file(session: Session, values: Mapping[str, Any]) -> int:
@@ -110,15 +114,17 @@ def add_file(session: Session, values: Mapping[str, Any]) -> int:
     return file.id
 
 
-def show_file(session: Session, file_id: int, accounting: Mapping[str, Any]) -> AisFile:
-    """Show a file, with what became of every line, now that all its rows are there."""
+def show_file(session: Session, file_id: int, values: Mapping[str, Any]) -> AisFile:
+    """Show a file, with what is known of it now that all its rows are there."""
     file = session.get_one(AisFile, file_id)
-    file.accounting, file.is_whole = dict(accounting), True
+    for name, value in values.items():
+        setattr(file, name, value)
+    file.is_whole = True
     return file
 
 
 def unfinished(session: Session) -> Sequence[int]:
-    """Return the files whose import did not end."""
+    """Return the files that are being written, or whose import did not end."""
     return session.scalars(sa.select(AisFile.id).where(~AisFile.is_whole)).all()
 
 
@@ -138,35 +144,74 @@ def last_position_id(session: Session) -> int:
     return session.scalar(sa.select(sa.func.coalesce(sa.func.max(AisPosition.id), 0))) or 0
 
 
-def add_positions(
-    session: Session, site_id: int | None, file_id: int, last_id: int, rows: Rows
-) -> int:
-    """Add positions of a part, in the order of `spool`'s tuples; return how many were not known.
-
-    `last_id` is the last position's id before the part began.
-    """
+def add_positions(session: Session, origin: Origin, columns: Columns) -> int:
+    """Add positions of a part, the columns `POSITION_COLUMNS`; return how many were new."""
+    if not columns:
+        return 0
+    rows = zip(*columns, strict=True)
+    is_known_time = origin.last_id > 0 and _is_time_known(session, origin, columns[1])
     if _is_sqlite(session):
-        is_overlap = last_id > 0 and _is_known_meanwhile(session, last_id, rows)
-        statement = _SQLITE_NEW_POSITIONS if is_overlap else _SQLITE_ALL_POSITIONS
-        return _insert_on_sqlite(session, statement, site_id, file_id, rows, last_id=last_id)
-    return _copy_on_postgres(
-        session,
-        (_ARRIVING_POSITIONS, _EMPTY_POSITIONS, _COPY_POSITIONS, _KEEP_POSITIONS),
-        {"site_id": site_id, "file_id": file_id, "last_id": last_id},
-        rows,
-    )
+        statement = _SQLITE_NEW_POSITIONS if is_known_time else _SQLITE_POSITIONS
+        return _insert_on_sqlite(session, origin.told_in(statement), rows)
+    line = f"{_LINE}\t{origin.site_id}\t{origin.file_id}\n"
+    text = "".join([line % row for row in rows])
+    if not is_known_time:
+        _copy(session, f"COPY {_POSITIONS} FROM STDIN (NULL 'None')", text)
+        return len(columns[0])
+    connection = session.connection()
+    connection.exec_driver_sql(_ARRIVING)
+    _copy(session, f"COPY {_INTO_ARRIVING} FROM STDIN (NULL 'None')", text)
+    return connection.exec_driver_sql(origin.told_in(_POSTGRES_NEW_POSITIONS)).rowcount
 
 
-def add_statics(session: Session, site_id: int | None, file_id: int, rows: Rows) -> int:
-    """Add a part's static reports, in the order of `spool`'s tuples; return how many."""
+def add_statics(session: Session, origin: Origin, rows: Sequence[Row]) -> None:
+    """Add static reports, in the order of `STATIC_COLUMNS`."""
+    if not rows:
+        return
     if _is_sqlite(session):
-        return _insert_on_sqlite(session, _SQLITE_STATICS, site_id, file_id, rows)
-    return _copy_on_postgres(
-        session,
-        (_ARRIVING_STATICS, _EMPTY_STATICS, _COPY_STATICS, _KEEP_STATICS),
-        {"site_id": site_id, "file_id": file_id},
-        rows,
+        _insert_on_sqlite(session, origin.told_in(_SQLITE_STATICS), rows)
+    else:
+        whose = (origin.site_id, origin.file_id)
+        _copy(session, f"COPY {_STATICS} FROM STDIN", [(*row, *whose) for row in rows])
+
+
+def ended_meanwhile(
+    session: Session, origin: Origin, first_at: datetime | None, last_at: datetime | None
+) -> frozenset[int]:
+    """Return the files of the same site and time that were written beside this one and ended."""
+    if first_at is None or last_at is None:
+        return frozenset()
+    statement = sa.select(AisFile.id).where(
+        AisFile.is_whole,
+        (AisFile.id > origin.file_id) | AisFile.id.in_(origin.others),
+        sa.func.coalesce(AisFile.site_id, 0) == (origin.site_id or 0),
+        AisFile.first_at <= last_at,
+        AisFile.last_at >= first_at,
     )
+    return frozenset(session.scalars(statement))
+
+
+def known_positions(
+    session: Session, file_id: int, others: Iterable[int], after_id: int
+) -> Sequence[int]:
+    """Return some positions of a file that others have too, by id, those after an id."""
+    known = aliased(AisPosition)
+    is_known = sa.exists().where(
+        known.mmsi == AisPosition.mmsi,
+        known.fix_time == AisPosition.fix_time,
+        known.lat_deg == AisPosition.lat_deg,
+        known.lon_deg == AisPosition.lon_deg,
+        sa.func.coalesce(known.file_id, 0).in_(others),
+    )
+    statement = sa.select(AisPosition.id).where(
+        AisPosition.file_id == file_id, AisPosition.id > after_id, is_known
+    )
+    return session.scalars(statement.order_by(AisPosition.id).limit(_ROWS_REMOVED_AT_ONCE)).all()
+
+
+def remove_positions(session: Session, ids: Sequence[int]) -> None:
+    """Remove positions."""
+    session.execute(sa.delete(AisPosition).where(AisPosition.id.in_(ids)))
 
 
 def update_vessels(session: Session, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -202,50 +247,36 @@ def _is_sqlite(session: Session) -> bool:
     return session.get_bind().dialect.name == "sqlite"
 
 
-def _is_known_meanwhile(session: Session, last_id: int, rows: Rows) -> bool:
-    """Whether positions up to `last_id` are of the time of the rows.
+def _is_time_known(session: Session, origin: Origin, moments: Sequence[str]) -> bool:
+    """Whether there is a known position of the time of some others.
 
     If not, as for most recordings, no row has to be looked up by itself.
     """
-    moments = [row[1] for batch in rows for row in batch]
-    found = session.connection().exec_driver_sql(
-        _SQLITE_KNOWN_MEANWHILE, (min(moments), max(moments), last_id)
+    is_sqlite = _is_sqlite(session)
+    statement = _IS_TIME_KNOWN.format(
+        by_time="INDEXED BY ix_ais_positions_time" if is_sqlite else "",
+        mark="?" if is_sqlite else "(%s::timestamp AT TIME ZONE 'UTC')",
+        counts=origin.told_in(_COUNTS_AS_KNOWN),
     )
-    return bool(found.scalar())
+    bounds = (min(moments), max(moments))
+    return bool(session.connection().exec_driver_sql(statement, bounds).scalar())
 
 
-def _insert_on_sqlite(
-    session: Session,
-    statement: str,
-    site_id: int | None,
-    file_id: int,
-    rows: Rows,
-    **numbers: int,
-) -> int:
-    """Insert rows as they are; what is the same in all stands in the statement itself."""
-    connection = session.connection()
-    connection.exec_driver_sql(_SQLITE_CACHE)
-    told = statement.format(
-        site_id="NULL" if site_id is None else site_id, file_id=file_id, **numbers
-    )
-    inserted = sum(connection.exec_driver_sql(told, list(batch)).rowcount for batch in rows)
-    connection.exec_driver_sql(_SQLITE_CACHE_AFTER)
+def _insert_on_sqlite(session: Session, statement: str, rows: Iterable[Row]) -> int:
+    driver: sqlite3.Connection = session.connection().connection.driver_connection  # type: ignore[assignment]  # as the engine is SQLite's
+    driver.execute(_SQLITE_CACHE)
+    inserted = driver.executemany(statement, rows).rowcount
+    driver.execute(_SQLITE_CACHE_AFTER)
     return inserted
 
 
-def _copy_on_postgres(
-    session: Session,
-    statements: tuple[str, str, str, str],
-    origin: Mapping[str, int | None],
-    rows: Rows,
-) -> int:
-    create, empty, copy_in, keep = statements
+def _copy(session: Session, statement: str, rows: str | Sequence[Row]) -> None:
     connection = session.connection()
-    connection.exec_driver_sql(create)
-    connection.exec_driver_sql(empty)  # of the part before: the table lasts for the transaction
+    connection.exec_driver_sql(_POSTGRES_ZONE)
     driver: psycopg.Connection[Any] = connection.connection.driver_connection  # type: ignore[assignment]  # as the engine is psycopg's
-    with driver.cursor() as cursor, cursor.copy(copy_in) as copy:
-        for batch in rows:
-            for row in batch:
+    with driver.cursor() as cursor, cursor.copy(statement) as copy:
+        if isinstance(rows, str):
+            copy.write(rows)
+        else:
+            for row in rows:
                 copy.write_row(row)
-    return connection.exec_driver_sql(keep, dict(origin)).rowcount

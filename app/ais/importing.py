@@ -1,18 +1,18 @@
-"""Importing a recording: decode first, then write it part by part; it shows when it is whole.
+"""Importing a recording: its rows are written while it is decoded, and show when it is whole.
 
 The same bytes for the same site are one file, however often and however concurrently they come.
 Fixes that another recording, or an earlier part of the same archive, brought already count as
 duplicates in the file's accounting, so that its sums stay exact and say what is new. Rows are
-written in short transactions, hidden by the state of their file until the last of these; what a
-failure or a dead process left is removed before the next import.
+written in short transactions, hidden by the state of their file until the last of these. Between
+them nothing is locked: another import writes its rows while this one decodes. What a failure leaves
+is removed at once, what a dead process left before an import begins that is alone.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
-from datetime import datetime
-from itertools import islice
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
 from typing import IO, Any
 
 import structlog
@@ -20,12 +20,13 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from app.ais import import_repository, repository
+from app.ais.import_repository import Origin
 from app.ais.recording import Recording
-from app.ais.spool import ReportSpool, in_range, printable
+from app.ais.rows import RowBatch, in_range, printable
 from app.ais.summary import RecordingSummary
-from app.ais.turn import import_turn
-from app.db import Database
-from app.domain.accounting import Accounting
+from app.ais.turn import importing, none_importing, turn_to_write
+from app.db import Database, now
+from app.domain.nmea_bulk import Decoded
 from app.domain.table_mapping import TableMapping
 from app.errors import Unavailable
 from app.storage import Storage
@@ -35,24 +36,9 @@ log = structlog.get_logger()
 _LONGEST_FILE_NAME = 255
 _CHUNK_BYTES = 1 << 20
 _REPORTS_TOLD = 20
-_BATCHES_AT_ONCE = 2  # a transaction of some 10,000 rows keeps others waiting for a moment only
+_PAUSE_S = 0.05
 
 Told = Callable[[float], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Decoded:
-    """A recording decoded and waiting on the disk to be stored."""
-
-    sha256: str
-    size_bytes: int
-    file_name: str
-    format: str
-    mapping: TableMapping | None
-    read_at: datetime
-    accounting: Accounting
-    summary: RecordingSummary
-    spool: ReportSpool
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +53,8 @@ class Imported:
 class Importer:
     """For whom: a site or (None) all, by which user; `note` writes beside it what it has to.
 
-    `wait_s` bounds how long to wait for another import, `told` hears how much of the rows is
-    stored, from 0 to 1, and may raise to stop the import.
+    `wait_s` bounds how long to wait for another import of the same bytes, `told` hears how much of
+    the recording is read, from 0 to 1, and may raise to stop the import.
     """
 
     site_id: int | None
@@ -78,96 +64,82 @@ class Importer:
     told: Told | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A recording's bytes, its name, how much text it may hold, how its tables are to be read."""
+
+    stream: IO[bytes]
+    file_name: str
+    max_bytes: int
+    mapping: TableMapping | None = None
+
+
 def known_file(database: Database, stream: IO[bytes], site_id: int | None) -> AisFile | None:
     """Return the file with these bytes if it was imported for this site before."""
-    stream.seek(0)
-    digest = hashlib.sha256()
-    while chunk := stream.read(_CHUNK_BYTES):
-        digest.update(chunk)
-    sha256 = digest.hexdigest()
+    sha256, _ = _content(stream)
     with database.reading() as session:
         return repository.file_of_content(session, sha256, site_id)
 
 
-@contextmanager
-def decoded(
-    storage: Storage,
-    stream: IO[bytes],
-    file_name: str,
-    *,
-    max_bytes: int,
-    mapping: TableMapping | None = None,
-    told: Callable[[], None] | None = None,
-) -> Iterator[Decoded]:
-    """Decode a recording and keep its bytes; its rows are on the disk while the block lasts.
+def import_recording(
+    database: Database, storage: Storage, source: Source, importer: Importer
+) -> Imported:
+    """Import a seekable stream, its tables read by a mapping: all of it, or in the end nothing.
 
-    `told` is called now and then, and may raise to stop it.
-
-    Raises Invalid for what is no recording, TooLarge for one beyond `max_bytes` of text or for an
-    archive made to harm; nothing is kept then.
+    The same bytes again change nothing. Raises Invalid for what is no recording, TooLarge beyond
+    `max_bytes` of text or for an archive made to harm, Unavailable while somebody else imports the
+    same bytes for longer than the importer waits.
     """
-    with ReportSpool() as spool:
-        recording = Recording(stream, max_bytes=max_bytes, mapping=mapping)
-        summary = RecordingSummary()
-        for reports in recording.parts():
-            for count, report in enumerate(reports):
-                spool.add(report)
-                summary.add(report)
-                if told is not None and count % _REPORTS_TOLD == 0:
-                    told()
-            spool.end_part()
-        stream.seek(0)
-        stored = storage.put_stream(stream)
-        yield Decoded(
-            sha256=stored.sha256,
-            size_bytes=stored.size_bytes,
-            file_name=printable(file_name, _LONGEST_FILE_NAME) or "recording",
-            format=recording.format,
-            mapping=mapping,
-            read_at=recording.read_at,
-            accounting=recording.accounting,
-            summary=summary,
-            spool=spool,
-        )
-
-
-def store(database: Database, recording: Decoded, importer: Importer) -> Imported:
-    """Write a decoded recording, unless its bytes are known: all of it, or in the end nothing.
-
-    Raises Unavailable when other imports take longer than the importer waits.
-    """
-    with import_turn(database, wait_s=importer.wait_s):
-        remove_unfinished(database)
-        with database.writing() as session:
-            known = repository.file_of_content(session, recording.sha256, importer.site_id)
-            if known is not None:
-                return Imported(known, created=False)
-            file_id = import_repository.add_file(session, _file_values(recording, importer))
+    sha256, size_bytes = _content(source.stream)
+    tidy_up(database)
+    read_at = now()
+    with importing(database):
+        values = {
+            "site_id": importer.site_id,
+            "sha256": sha256,
+            "file_name": printable(source.file_name, _LONGEST_FILE_NAME) or "recording",
+            "format": "",
+            "size_bytes": size_bytes,
+            "accounting": {},
+            "mapping": source.mapping.as_dict() if source.mapping else None,
+            "created_at": read_at,
+            "created_by_id": importer.user_id,
+        }
+        begun = _begun(database, values, importer.wait_s)
+        if isinstance(begun, AisFile):
+            return Imported(begun, created=False)
         try:
-            return Imported(_stored(database, recording, importer, file_id), created=True)
+            recording = Recording(
+                source.stream,
+                max_bytes=source.max_bytes,
+                mapping=source.mapping,
+                read_at=read_at,
+            )
+            summary = RecordingSummary()
+            parts = _told(recording, source.stream, size_bytes, importer.told)
+            new = _stored(database, begun, parts, summary)
+            source.stream.seek(0)
+            storage.put_stream(source.stream)
+            return Imported(
+                _shown(database, begun, recording, summary, new, importer), created=True
+            )
         except BaseException:
             # What cannot be removed now is removed before the next import.
             with suppress(SQLAlchemyError):
-                remove_unfinished(database)
+                _remove(database, begun.file_id)
             raise
 
 
-def remove_unfinished(database: Database) -> None:
-    """Remove what imports left that did not end; call it with the turn in hand."""
-    with database.reading() as session:
-        left = import_repository.unfinished(session)
-    for file_id in left:
-        log.warning("removing an unfinished import", file_id=file_id)
-        is_gone = False
-        while not is_gone:
-            with database.writing() as session:
-                is_gone = import_repository.remove_some(session, file_id)
-
-
 def tidy_up(database: Database) -> None:
-    """Remove what a killed process left, unless an import is under way; its end does it then."""
-    with suppress(Unavailable), import_turn(database, wait_s=0.0):
-        remove_unfinished(database)
+    """Remove what a dead process left, unless an import is under way; a later one does it then."""
+    with none_importing(database) as is_alone:
+        if not is_alone:
+            return
+        with database.reading() as session:
+            left = import_repository.unfinished(session)
+        for file_id in left:
+            log.warning("removing an unfinished import", file_id=file_id)
+            _remove(database, file_id)
 
 
 def vessel_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
@@ -184,59 +156,131 @@ def vessel_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
     return rows
 
 
-def _file_values(recording: Decoded, importer: Importer) -> dict[str, Any]:
-    return {
-        "site_id": importer.site_id,
-        "sha256": recording.sha256,
-        "file_name": recording.file_name,
-        "format": recording.format,
-        "size_bytes": recording.size_bytes,
-        "accounting": {},
-        "mapping": recording.mapping.as_dict() if recording.mapping else None,
-        "first_at": recording.summary.first,
-        "last_at": recording.summary.last,
-        "created_at": recording.read_at,
-        "created_by_id": importer.user_id,
-    }
+def _content(stream: IO[bytes]) -> tuple[str, int]:
+    """Return the SHA-256 and the length of a stream."""
+    stream.seek(0)
+    digest = hashlib.sha256()
+    while chunk := stream.read(_CHUNK_BYTES):
+        digest.update(chunk)
+    return digest.hexdigest(), stream.tell()
 
 
-def _stored(database: Database, recording: Decoded, importer: Importer, file_id: int) -> AisFile:
-    """Write a file's rows in short transactions, and show them with the last."""
-    messages, spool, site_id = recording.accounting.messages, recording.spool, importer.site_id
-    total = max(1, messages.positions)
-    new = done = 0
-    for batches in spool.positions.parts():
+def _begun(database: Database, values: dict[str, Any], wait_s: float | None) -> Origin | AisFile:
+    """Add a file that nobody sees, or return the one with these bytes."""
+    deadline = None if wait_s is None else time.monotonic() + wait_s
+    site_id = values["site_id"]
+    while True:
+        with database.writing() as session:
+            import_repository.take_turn(session)
+            known = repository.file_of_content(session, values["sha256"], site_id)
+            if known is not None:
+                return known
+            if not import_repository.is_being_written(session, values["sha256"], site_id):
+                others = import_repository.unfinished(session)
+                return Origin(site_id, import_repository.add_file(session, values), others)
+        if deadline is not None and time.monotonic() > deadline:
+            raise Unavailable("the same recording is being stored just now; try again soon")
+        time.sleep(_PAUSE_S)
+
+
+def _remove(database: Database, file_id: int) -> None:
+    is_gone = False
+    while not is_gone:
+        with turn_to_write(database), database.writing() as session:
+            is_gone = import_repository.remove_some(session, file_id)
+
+
+def _stored(
+    database: Database,
+    origin: Origin,
+    parts: Iterator[Iterator[Decoded]],
+    summary: RecordingSummary,
+) -> int:
+    """Write the rows of all parts in short transactions; return how many positions were new."""
+    new = 0
+    for reports in parts:
         with database.reading() as session:
-            last_id = import_repository.last_position_id(session)
-        while some := list(islice(batches, _BATCHES_AT_ONCE)):
-            with database.writing() as session:
-                new += import_repository.add_positions(session, site_id, file_id, last_id, some)
-            done += sum(map(len, some))
-            if importer.told is not None:
-                importer.told(done / total)
-    for batches in spool.statics.parts():
-        while some := list(islice(batches, _BATCHES_AT_ONCE)):
-            with database.writing() as session:
-                import_repository.add_statics(session, site_id, file_id, some)
-    accounting = recording.accounting
-    messages.duplicates += messages.positions - new
-    messages.positions = new
-    vessels = vessel_rows(recording.summary)
-    counts = {**accounting.as_dict(), "vessels": len(vessels)}
-    return _shown(database, importer, file_id, counts, vessels)
+            part = replace(origin, last_id=import_repository.last_position_id(session))
+        batch = RowBatch()
+        for report in reports:
+            summary.add(report)
+            batch.add(report)
+            if batch.is_full:
+                new += _write(database, part, batch)
+                batch = RowBatch()
+        new += _write(database, part, batch)
+    return new
+
+
+def _write(database: Database, origin: Origin, batch: RowBatch) -> int:
+    positions = batch.positions()  # before the turn: others may write meanwhile
+    with turn_to_write(database), database.writing() as session:
+        import_repository.add_statics(session, origin, batch.statics)
+        return import_repository.add_positions(session, origin, positions)
+
+
+def _told(
+    recording: Recording, stream: IO[bytes], size_bytes: int, told: Told | None
+) -> Iterator[Iterator[Decoded]]:
+    """Yield the recording's parts, telling now and then how much of it is read."""
+    for reports in recording.parts():
+        yield reports if told is None else _telling(reports, stream, size_bytes, told)
+
+
+def _telling(
+    reports: Iterator[Decoded], stream: IO[bytes], size_bytes: int, told: Told
+) -> Iterator[Decoded]:
+    for count, report in enumerate(reports):
+        if count % _REPORTS_TOLD == 0:
+            told(min(1.0, stream.tell() / max(1, size_bytes)))
+        yield report
 
 
 def _shown(
     database: Database,
+    origin: Origin,
+    recording: Recording,
+    summary: RecordingSummary,
+    new: int,
     importer: Importer,
-    file_id: int,
-    counts: dict[str, Any],
-    vessels: Sequence[dict[str, Any]],
 ) -> AisFile:
-    with database.writing() as session:
-        import_repository.update_vessels(session, vessels)
-        file = import_repository.show_file(session, file_id, counts)
-        if importer.note is not None:
-            importer.note(session, file)
-        session.flush()
-        return file
+    """Show a file to all, without the positions of those that ended before it."""
+    first_at, last_at = summary.first, summary.last
+    vessels = vessel_rows(summary)
+    compared: frozenset[int] = frozenset()
+    while True:
+        with database.writing() as session:
+            import_repository.take_turn(session)
+            others = import_repository.ended_meanwhile(session, origin, first_at, last_at)
+            others -= compared
+            if not others:
+                messages = recording.accounting.messages
+                messages.duplicates += messages.positions - new
+                messages.positions = new
+                values = {
+                    "format": recording.format,
+                    "first_at": first_at,
+                    "last_at": last_at,
+                    "accounting": {**recording.accounting.as_dict(), "vessels": len(vessels)},
+                }
+                import_repository.update_vessels(session, vessels)
+                file = import_repository.show_file(session, origin.file_id, values)
+                if importer.note is not None:
+                    importer.note(session, file)
+                session.flush()
+                return file
+        new -= _removed(database, origin.file_id, others)
+        compared |= others
+
+
+def _removed(database: Database, file_id: int, others: frozenset[int]) -> int:
+    """Remove the positions of a file that others have too; return how many."""
+    count = last_id = 0
+    while True:
+        with database.reading() as session:
+            known = import_repository.known_positions(session, file_id, others, last_id)
+        if not known:
+            return count
+        with turn_to_write(database), database.writing() as session:
+            import_repository.remove_positions(session, known)
+        count, last_id = count + len(known), known[-1]

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.ais import import_repository, live_repository
 from app.ais.importing import vessel_rows
-from app.ais.spool import in_range, printable
+from app.ais.rows import in_range, printable
 from app.ais.summary import RecordingSummary
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.cells import cell_of
@@ -68,6 +68,7 @@ def _position_row(report: PositionReport) -> Row:
 
 def _static_row(report: StaticReport) -> Row:
     row = asdict(report)
+    del row["report_id"]
     row["name"] = printable(report.name, 64)
     row["callsign"] = printable(report.callsign, 16)
     row["imo"] = in_range(report.imo)

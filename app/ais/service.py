@@ -14,7 +14,14 @@ from sqlalchemy.orm import Session
 
 from app.ais import import_repository, repository
 from app.ais.area import Area
-from app.ais.importing import Decoded, Imported, Importer, decoded, known_file, store, tidy_up
+from app.ais.importing import (
+    Imported,
+    Importer,
+    Source,
+    import_recording,
+    known_file,
+    tidy_up,
+)
 from app.ais.recording import Recording
 from app.ais.reports import ReportWindow, reports_between
 from app.ais.summary import RecordingSummary
@@ -30,13 +37,12 @@ from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
 
 __all__ = [
     "Area",
-    "Decoded",
     "Imported",
     "Importer",
     "PositionFilter",
     "ReportWindow",
+    "Source",
     "Track",
-    "decoded",
     "get_file",
     "get_vessel",
     "import_ais_file",
@@ -51,7 +57,6 @@ __all__ = [
     "newest_files",
     "remove_files",
     "reports_between",
-    "store",
     "tidy_up",
     "track",
 ]
@@ -100,36 +105,8 @@ def import_ais_file(
     with ExitStack() as stack:
         stream = stack.enter_context(source.open("rb")) if isinstance(source, Path) else source
         return import_recording(
-            database,
-            storage,
-            stream,
-            Importer(site_id),
-            file_name=file_name,
-            max_bytes=max_bytes,
-            mapping=mapping,
+            database, storage, Source(stream, file_name, max_bytes, mapping), Importer(site_id)
         )
-
-
-def import_recording(
-    database: Database,
-    storage: Storage,
-    stream: IO[bytes],
-    importer: Importer,
-    *,
-    file_name: str,
-    max_bytes: int,
-    mapping: TableMapping | None = None,
-) -> Imported:
-    """Import a seekable stream, its tables read by a mapping, all of it or nothing.
-
-    The same bytes again change nothing. Raises Invalid for what is no recording, TooLarge beyond
-    `max_bytes` of text or for an archive made to harm.
-    """
-    known = known_file(database, stream, importer.site_id)
-    if known is not None:
-        return Imported(known, created=False)
-    with decoded(storage, stream, file_name, max_bytes=max_bytes, mapping=mapping) as recording:
-        return store(database, recording, importer)
 
 
 def inspect(

@@ -15,9 +15,9 @@ from typing import IO
 from sqlalchemy.orm import Session
 
 from app.ais import upload_repository
-from app.ais.importing import Imported, Importer, decoded, known_file, store
+from app.ais.importing import Imported, Importer, Source, import_recording, known_file
 from app.ais.preview import Preview, preview
-from app.ais.spool import printable
+from app.ais.rows import printable
 from app.config import Settings
 from app.db import Database, now
 from app.domain.table_mapping import TableMapping
@@ -29,7 +29,6 @@ from app.tables.ais_uploads import AisUpload, UploadState
 IMPORT_JOB = "import-ais"
 KEPT_FOR = timedelta(days=1)
 _LONGEST_FILE_NAME = 255
-_DECODING = 0.6  # the share of an import's time, roughly; the rest is storing
 _TOLD_EVERY_S = 0.5
 
 
@@ -159,24 +158,10 @@ def run_import(database: Database, storage: Storage, settings: Settings, upload_
         if upload.state not in upload_repository.RUNNING:
             raise StoppedError("somebody stopped it")
         upload.state, upload.started_at = UploadState.IMPORTING, upload.started_at or now()
-    tell = _teller(database, upload_id)
-    importer = Importer(
-        upload.site_id,
-        upload.created_by_id,
-        told=lambda share: tell(_DECODING + (1 - _DECODING) * share),
-    )
-    with (
-        closing(storage.open(upload.sha256)) as stream,
-        decoded(
-            storage,
-            stream,
-            upload.file_name,
-            max_bytes=settings.max_ais_file_bytes,
-            mapping=_chosen(upload),
-            told=lambda: tell(_DECODING * stream.tell() / max(1, upload.size_bytes)),
-        ) as recording,
-    ):
-        imported = store(database, recording, importer)
+    importer = Importer(upload.site_id, upload.created_by_id, told=_teller(database, upload_id))
+    with closing(storage.open(upload.sha256)) as stream:
+        source = Source(stream, upload.file_name, settings.max_ais_file_bytes, _chosen(upload))
+        imported = import_recording(database, storage, source, importer)
     with database.writing() as session:
         upload = get(session, upload_id)
         upload.state, upload.progress, upload.file_id = UploadState.IMPORTED, 1.0, imported.file.id

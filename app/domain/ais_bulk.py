@@ -52,6 +52,17 @@ class PositionTable:
     def __len__(self) -> int:
         return int(self.mmsi.size)
 
+    @classmethod
+    def joined(cls, tables: Sequence["PositionTable"]) -> "PositionTable":
+        """Return the rows of several tables as one."""
+        names = cls.__dataclass_fields__
+        return cls(**{name: np.concatenate([getattr(t, name) for t in tables]) for name in names})
+
+    def chosen(self, rows: IntArray) -> "PositionTable":
+        """Return some rows, in that order."""
+        names = self.__dataclass_fields__
+        return PositionTable(**{name: getattr(self, name)[rows] for name in names})
+
 
 class PositionBits:
     """Many position payloads; `usable` tells which are a vessel's and have a place."""

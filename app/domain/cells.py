@@ -8,6 +8,11 @@ side by side in an index, on every database. Cells are numbered row by row from 
 
 import math
 
+import numpy as np
+import numpy.typing as npt
+
+from app.domain.arrays import FloatArray
+
 CELLS_PER_DEG = 20
 CELLS_IN_A_ROW = 360 * CELLS_PER_DEG + 1  # 180 degrees east has a cell of its own
 
@@ -15,6 +20,12 @@ CELLS_IN_A_ROW = 360 * CELLS_PER_DEG + 1  # 180 degrees east has a cell of its o
 def cell_of(lat_deg: float, lon_deg: float) -> int:
     """Return the cell of a place: latitude in -90..90, longitude in -180..180."""
     return _row(lat_deg) * CELLS_IN_A_ROW + _column(lon_deg)
+
+
+def cells_of(lat_deg: FloatArray, lon_deg: FloatArray) -> npt.NDArray[np.int64]:
+    """Return the cells of many places: `cell_of` by column."""
+    rows = np.floor((lat_deg + 90) * CELLS_PER_DEG).astype(np.int64)
+    return rows * CELLS_IN_A_ROW + np.floor((lon_deg + 180) * CELLS_PER_DEG).astype(np.int64)
 
 
 def cells_of_box(

@@ -196,10 +196,8 @@ def test_an_import_that_breaks_off_leaves_nothing(
         service.import_recording(
             database,
             storage,
-            io.BytesIO(table(50)),
+            service.Source(io.BytesIO(table(50)), "a.csv", 10**6),
             Importer(None, told=stop),
-            file_name="a.csv",
-            max_bytes=10**6,
         )
     assert lengths == [0]
     assert (rows(database, AisPosition), rows(database, AisFile)) == (0, 0)
