@@ -1,6 +1,6 @@
 """`quaymark import bonk`: a data set laid out like BONK-pose, as a site ready to be run.
 
-    DIR/camera.json            size, K and geocentric pose of one viewport
+    DIR/camera.json            size, K and geocentric pose of one viewport, maybe its water level
     DIR/image/ID.jpg           photographs
     DIR/label/ID.json          their boxes and the AIS states of the vessels on them
     DIR/calib/ID.txt           K of a photograph, where it is known (3 x 3)
@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.errors import AppError, Invalid
+from app.published_files import FIRST_STAND_IN, STAND_INS
 
 if TYPE_CHECKING:
     from app.domain.camera import Camera
@@ -39,10 +40,11 @@ if TYPE_CHECKING:
 EPOCH = datetime(2022, 1, 1, tzinfo=UTC)
 APART = timedelta(hours=1)
 OLDEST_REPORT_S = 3000  # less than `APART`
-FIRST_MMSI = 200_000_000
-MMSI_COUNT = 1_000_000
+FIRST_MMSI = FIRST_STAND_IN
+MMSI_COUNT = STAND_INS
 SAME_K_PX = 1e-3
 COCO_BOAT_CATEGORY = 9
+SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif")
 AIS_COLUMNS = (
     *("mmsi", "time", "lat", "lon", "sog", "heading"),
     *("to_bow", "to_stern", "to_port", "to_starboard", "name"),
@@ -83,12 +85,13 @@ def import_bonk(
 ) -> None:
     """Import a data set laid out like BONK-pose: site, camera, photographs, AIS and boxes."""
     from app.installation import open_installation
-    from app.published_files import read_camera
+    from app.published_files import read_camera, read_water_level_m
 
     camera = read_camera(folder / "camera.json")
+    water_level_m = read_water_level_m(folder / "camera.json")
     samples, left_out = read_samples(folder, camera, (start or EPOCH).replace(tzinfo=UTC))
     with open_installation() as here:
-        place = _make_site(here, name, camera)
+        place = _make_site(here, name, camera, water_level_m)
         refused = _import_samples(here, place, f"{name} boxes", samples)
     typer.echo(
         f"site {name!r}: {len(samples) - refused} photographs"
@@ -96,8 +99,8 @@ def import_bonk(
     )
     typer.echo("with a worker running, fuse them with:")
     typer.echo(
-        f"  quaymark run --viewport {place.viewport_id} --detector '{name} boxes' "
-        f"--preset paper --set maximum_report_age_s={OLDEST_REPORT_S}"
+        f"  quaymark run --viewport {place.viewport_id} --detector '{name} boxes' --preset paper "
+        f"--set maximum_report_age_s={OLDEST_REPORT_S}"
     )
     if refused:
         raise AppError(f"{refused} of {len(samples)} photographs were refused")
@@ -116,15 +119,20 @@ def read_samples(folder: Path, camera: "Camera", start: datetime) -> tuple[list[
         if not _is_of(camera, folder / "calib" / f"{path.stem}.txt"):
             left_out += 1
             continue
-        photograph = folder / "image" / f"{path.stem}.jpg"
-        if not photograph.is_file():
-            raise Invalid(f"{path}: its photograph {photograph} is missing")
+        photograph = _photograph(folder / "image", path)
         label = read_label(path)
         boxes = list(boxes_of(path, label.objects).values())
         samples.append(Sample(photograph, start + len(samples) * APART, boxes, label.vessels))
     if not samples:
         raise Invalid(f"{folder / 'label'}: there is no label of this camera")
     return samples, left_out
+
+
+def _photograph(folder: Path, label: Path) -> Path:
+    for suffix in SUFFIXES:
+        if (found := folder / f"{label.stem}{suffix}").is_file():
+            return found
+    raise Invalid(f"{label}: its photograph {folder / label.stem}.jpg is missing")
 
 
 def _is_of(camera: "Camera", calibration: Path) -> bool:
@@ -139,10 +147,9 @@ def _is_of(camera: "Camera", calibration: Path) -> bool:
     return K.shape == (3, 3) and bool(np.abs(K - camera.intrinsics.K).max() <= SAME_K_PX)
 
 
-def _make_site(here: "Installation", name: str, camera: "Camera") -> Place:
+def _make_site(here: "Installation", name: str, camera: "Camera", water_level_m: float) -> Place:
     """Make the site with its origin at the camera, the camera, and its registered viewport."""
     from app.domain.geodesy import EcefFrame, EnuFrame
-    from app.published_files import PUBLISHED_WATER_LEVEL_M
     from app.registration import service as registration
     from app.registration.schemas import RegistrationIn, ViewportIn
     from app.sites import fields
@@ -155,7 +162,7 @@ def _make_site(here: "Installation", name: str, camera: "Camera") -> Place:
     R_enu_from_ecef = EnuFrame(center).R_enu_from_ecef  # noqa: N806  the field's symbol
     with here.database.writing() as session:
         site = sites.create_site(
-            session, SiteIn(name=name, origin=origin, water_level_m=PUBLISHED_WATER_LEVEL_M)
+            session, SiteIn(name=name, origin=origin, water_level_m=water_level_m)
         )
         row = sites.create_camera(
             session,

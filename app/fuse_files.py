@@ -2,7 +2,8 @@
 
 Reads a camera file and a label file in the format of the BONK-pose data set, takes the label's 2D
 boxes as detections and its vessels as AIS states, and gives poses as plain JSON values. The world
-frame is geocentric (ECEF) and the water lies at ellipsoidal height 0, as in the published data.
+frame is geocentric (ECEF) and the water lies at ellipsoidal height 0, as in the published data,
+unless the camera file tells its level.
 Labels are taken as their publisher chose them: the age of a report is no reason to leave it out.
 """
 
@@ -16,12 +17,12 @@ from app.domain.fusion import FusedPose, FusionSettings, Preset, fuse
 from app.domain.fusion_settings import MATCHING_OF
 from app.domain.geodesy import EcefFrame
 from app.published_files import (
-    PUBLISHED_WATER_LEVEL_M,
     PublishedFileError,
     PublishedVessel,
     boxes_of,
     read_camera,
     read_label,
+    read_water_level_m,
 )
 
 
@@ -49,7 +50,7 @@ def fuse_files(
         result = fuse(
             camera,
             EcefFrame(),
-            PUBLISHED_WATER_LEVEL_M,
+            read_water_level_m(camera_path),
             list(boxes.values()),
             [vessel.state() for vessel in label.vessels],
             settings,

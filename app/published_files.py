@@ -17,6 +17,8 @@ from app.domain.vessel_state import VesselState
 from app.errors import Invalid
 
 PUBLISHED_WATER_LEVEL_M = 0.0
+# Vessels of labels get numbers here, with digits that no country has.
+FIRST_STAND_IN, STAND_INS = 200_000_000, 1_000_000
 _SPEED_NOT_AVAILABLE_KN = 102.3  # ITU-R M.1371, speed over ground 1023
 _HEADINGS_END_DEG = 360.0  # 511 means "not available"
 
@@ -33,7 +35,10 @@ _Row3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 
 class CameraFile(_Published):
-    """Intrinsics and geocentric extrinsics; `distortion` is k1, k2, p1, p2 and maybe k3."""
+    """Intrinsics and geocentric extrinsics; `distortion` is k1, k2, p1, p2 and maybe k3.
+
+    `water_level_m` (ellipsoidal) stands in the files we write; the authors' data lie at 0.
+    """
 
     width: int
     height: int
@@ -41,6 +46,7 @@ class CameraFile(_Published):
     R_cam_from_ecef: Annotated[list[_Row3], Field(min_length=3, max_length=3)]
     center_ecef_m: _Row3
     distortion: Annotated[list[float], Field(min_length=4, max_length=5)] | None = None
+    water_level_m: float = PUBLISHED_WATER_LEVEL_M
 
     def camera(self) -> Camera:
         """Give the camera in the geocentric frame. Raises ValueError for an impossible one."""
@@ -123,6 +129,11 @@ def read_camera(path: Path) -> Camera:
         return values.camera()
     except ValueError as error:
         raise PublishedFileError(f"{path}: {error}") from error
+
+
+def read_water_level_m(path: Path) -> float:
+    """Read the water level of a camera file, m above the ellipsoid. Raises PublishedFileError."""
+    return _read(CameraFile, path).water_level_m
 
 
 def read_label(path: Path) -> LabelFile:

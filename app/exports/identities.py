@@ -6,7 +6,7 @@ and is then replaced by the photograph's own hash. What stays is said in `REMAIN
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import PurePath
 from typing import Protocol
 
@@ -36,11 +36,14 @@ class Identities(Protocol):
 
 
 class Shown:
-    """The MMSI, and file names as they are."""
+    """The MMSI, and file names as they are; some vessels by names of their own."""
+
+    def __init__(self, names: Mapping[int, str] | None = None) -> None:
+        self._names = names or {}
 
     def vessel(self, mmsi: int) -> str:
-        """Return the MMSI."""
-        return str(mmsi)
+        """Return the MMSI, or the vessel's own name."""
+        return self._names.get(mmsi) or str(mmsi)
 
     def file_name(self, name: str, sha256: str) -> str:  # noqa: ARG002  Identities
         """Return the name as it is."""
@@ -52,6 +55,7 @@ class Hidden:
 
     def __init__(self, key: bytes, vessels: Iterable[tuple[int, str | None]]) -> None:
         self._key = key
+        self._told: dict[int, str] = {}
         self._mmsis: set[str] = set()
         names: set[str] = set()
         for mmsi, name in vessels:
@@ -61,7 +65,9 @@ class Hidden:
 
     def vessel(self, mmsi: int) -> str:
         """Return the vessel's pseudonym."""
-        return pseudonym(mmsi, self._key)
+        if mmsi not in self._told:
+            self._told[mmsi] = pseudonym(mmsi, self._key)
+        return self._told[mmsi]
 
     def file_name(self, name: str, sha256: str) -> str:
         """Return the name, or one made of the content where it tells a vessel."""
@@ -78,4 +84,4 @@ class Hidden:
 
 def _letters(text: str) -> str:
     """Return a text without what people leave out in file names: case, blanks, dots, dashes."""
-    return "".join(letter for letter in text.casefold() if letter.isalnum())
+    return "".join(filter(str.isalnum, text.casefold()))

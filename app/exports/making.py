@@ -131,14 +131,20 @@ def _identities(
 ) -> Mapping[int, Identities]:
     """Return by site how its vessels are told."""
     site_ids = {run.site_id for run in runs}
-    if not export.anonymise:
-        return dict.fromkeys(site_ids, Shown())
     mmsis = set(np.unique(chosen.mmsis).tolist())
+    if not export.anonymise:
+        names = _published_names(session) if export.format == "bonk" else {}
+        return dict.fromkeys(site_ids, Shown(names))
     if corrected:
         mmsis.update(record_repository.rematched(session))
     vessels = list(record_repository.vessel_names(session, sorted(mmsis)))
     keys = identities.keys(session, site_ids)
     return {site_id: Hidden(key, vessels) for site_id, key in keys.items()}
+
+
+def _published_names(session: Session) -> Mapping[int, str]:
+    """Return the identifiers of vessels that came from published labels, by their numbers here."""
+    return {mmsi: name for mmsi, name in record_repository.stand_ins(session) if name}
 
 
 def _photographs(storage: Storage) -> Photograph:

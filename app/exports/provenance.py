@@ -18,7 +18,7 @@ from app.exports.writers.json_bytes import moment_text
 from app.tables.exports import Export
 from app.tables.runs import Run
 
-GRADES = ("good", "ok", "bad", "wrong", "ungraded")
+GRADES = ("good", "ok", "bad", "wrong")
 
 
 def manifest_of(
@@ -32,7 +32,9 @@ def manifest_of(
 ) -> dict[str, Any]:
     """Return the manifest of an export or of one of its parts."""
     chosen = reading.chosen
-    grades = repository.grades(session, chosen.pose_ids.tolist(), filters.verdict or "standing")
+    grades = reading.grades
+    if grades is None:
+        grades = repository.grades(session, chosen.pose_ids, filters.verdict or "standing")
     ids = np.unique(chosen.run_ids).tolist()
     used = [run for run in runs if run.id in ids]
     return {
@@ -47,7 +49,10 @@ def manifest_of(
             "poses": len(reading),
             "images": len(np.unique(chosen.image_ids)),
             "vessels": len(np.unique(chosen.mmsis)),
-            "grades": {grade: grades.get(grade, 0) for grade in GRADES},
+            "grades": {
+                **{grade: grades.get(grade, 0) for grade in GRADES},
+                "ungraded": grades.get(None, 0),
+            },
         },
         "runs": [_run(run) for run in used],
         "registrations": [_registration(row) for row in _registrations(used)],

@@ -7,8 +7,8 @@ from datetime import datetime, timedelta
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
-from app.exports.filters import UNGRADED
 from app.exports.id_lists import among
+from app.exports.selection_repository import Ids
 from app.exports.verdict_repository import counted_grade, counted_reviews
 from app.tables.ais import AisFile
 from app.tables.imagery import Image
@@ -19,19 +19,19 @@ IDS_AT_ONCE = 5000
 AROUND = timedelta(hours=1)  # reports before the first photograph are used for it
 
 
-def grades(session: Session, pose_ids: Sequence[int], verdict: str) -> Counter[str]:
-    """Count poses by the grade that counts, `ungraded` among them."""
+def grades(session: Session, pose_ids: Ids, verdict: str) -> Counter[str | None]:
+    """Count poses by the grade that counts; None stands for poses without one."""
     pose_id = Pose.__table__.c.id
-    found: Counter[str] = Counter()
+    found: Counter[str | None] = Counter()
     for start in range(0, len(pose_ids), IDS_AT_ONCE):
-        some = pose_ids[start : start + IDS_AT_ONCE]
+        some = pose_ids[start : start + IDS_AT_ONCE].tolist()
         grade = sa.cast(counted_grade(pose_id, verdict), sa.Text).label("grade")
         of_each = sa.select(grade).where(among(pose_id, some)).subquery()
         rows = session.execute(
             sa.select(of_each.c.grade, sa.func.count()).group_by(of_each.c.grade)
         )
         for name, count in rows:
-            found[name or UNGRADED] += count
+            found[name] += count
     return found
 
 

@@ -4,6 +4,7 @@ Which poses there are is known by id beforehand, so that every pass, part and sc
 ids, and all of it is of one moment: the transaction of one session.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +22,6 @@ from app.exports.writers.records import (
     Frame,
     ImageRecord,
     PoseRecord,
-    ReviewRecord,
     StateRecord,
     ViewRecord,
 )
@@ -57,6 +57,7 @@ class Reading:
         self.chosen = chosen
         self.parts = parts
         self.only = only
+        self.grades: Mapping[str | None, int] | None = None
         self._manifest: Mapping[str, object] | None = None
 
     def part(self, name: str) -> "Reading":
@@ -80,14 +81,17 @@ class Reading:
                 yield self._named(found[image_id], site_of(image_id))
 
     def poses(self) -> Iterator[PoseRecord]:
-        """Give the poses, by id."""
+        """Give the poses, by id; when all are given, `grades` counts them."""
         ids = self.chosen.pose_ids
+        grades: Counter[str | None] = Counter()
         for start in range(0, len(ids), POSES_AT_ONCE):
             end = start + POSES_AT_ONCE
-            yield from self._records(
-                ids[start:end].tolist(), np.unique(self.chosen.image_ids[start:end]).tolist()
-            )
+            images = np.unique(self.chosen.image_ids[start:end]).tolist()
+            for pose in self._records(ids[start:end].tolist(), images):
+                grades[pose.review and pose.review.grade] += 1
+                yield pose
             self._context.advanced(min(end, len(ids)))
+        self.grades = grades
 
     def gone(self) -> Iterator[int]:
         """Give the ids that changed since a moment and are no longer selected."""
@@ -159,14 +163,34 @@ class Reading:
         images = repository.images(session, image_ids)
         named: set[int] = set()
         for row, detail, rotation in zip(rows, details, rotations, strict=True):
-            image = images[row[2]]
             view = context.views[row[1]]
+            told = context.identities[view.site_id]
+            image = images[row[2]]
             if image.id not in named:
                 named.add(image.id)
                 self._named(image, view.site_id)
-            pose = _record(row, detail, rotation, view, image, reviews.get(row[0]))
-            told = context.identities[view.site_id]
-            pose.vessel = told.vessel(row[3])
+            pose = PoseRecord(
+                row[0],
+                row[1],
+                view,
+                image,
+                told.vessel(row[3]),
+                row[4:8],
+                row[8],
+                row[9],
+                detail[0],
+                rotation,
+                detail[1],
+                *row[10:19],
+                detail[2],
+                detail[3],
+                detail[4],
+                row[19],
+                row[20],
+                detail[5],
+                reviews.get(row[0]),
+                "person_made" if row[21] else "generated",
+            )
             if context.part_of is not None:
                 pose.part = context.part_of(image.id, row[3])
             corrected = corrections.get(row[0])
@@ -199,48 +223,6 @@ def _everywhere(_image_id: int, _mmsi: int) -> str:
 def _where(chosen: Chosen, mask: np.ndarray[Any, np.dtype[np.bool_]]) -> Chosen:
     return Chosen(
         chosen.pose_ids[mask], chosen.image_ids[mask], chosen.run_ids[mask], chosen.mmsis[mask]
-    )
-
-
-def _record(
-    row: Any,  # noqa: ANN401  of `repository.pose_rows`
-    detail: Sequence[Any],
-    rotation: Sequence[Sequence[float]],
-    view: ViewRecord,
-    image: ImageRecord,
-    review: ReviewRecord | None,
-) -> PoseRecord:
-    pose_id, run_id, _, _, x1, y1, x2, y2, score, cost, lat, lon, height, heading, *rest = row
-    source, age, length, width, tall, heading_sigma, height_sigma, person_made, _ = rest
-    return PoseRecord(
-        pose_id,
-        run_id,
-        view,
-        image,
-        "",
-        (x1, y1, x2, y2),
-        score,
-        cost,
-        detail[0],
-        rotation,
-        detail[1],
-        lat,
-        lon,
-        height,
-        heading,
-        source,
-        age,
-        length,
-        width,
-        tall,
-        detail[2],
-        detail[3],
-        detail[4],
-        heading_sigma,
-        height_sigma,
-        detail[5],
-        review,
-        "person_made" if person_made else "generated",
     )
 
 

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.exports.id_lists import among
 from app.exports.writers.records import ImageRecord
+from app.published_files import FIRST_STAND_IN, STAND_INS
 from app.tables.ais import Vessel
 from app.tables.detection import Detection
 from app.tables.imagery import Image
@@ -75,7 +76,9 @@ _POSE_ROWS = sa.select(
 
 def pose_rows(session: Session, pose_ids: Sequence[int]) -> Sequence[Any]:
     """Return poses with boxes, costs and states, in the order of their ids."""
-    return session.execute(_POSE_ROWS.where(among(_poses.id, pose_ids)).order_by(_poses.id)).all()
+    found: Any = session.execute(_POSE_ROWS.where(among(_poses.id, pose_ids)).order_by(_poses.id))
+    # The driver's own tuples: no column of these needs to be converted.
+    return found.cursor.fetchall()  # type: ignore[no-any-return]  the driver's
 
 
 def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]:
@@ -188,6 +191,17 @@ def vessel_names(session: Session, mmsis: Sequence[int]) -> Iterator[tuple[int, 
         names |= {row[0]: row[1] for row in rows}
     for mmsi in mmsis:
         yield mmsi, names.get(mmsi)
+
+
+def stand_ins(session: Session) -> Sequence[tuple[int, str | None]]:
+    """Return (number, name) of the vessels whose numbers stand for a published identifier."""
+    vessels = Vessel.__table__.c
+    rows = session.execute(
+        sa.select(vessels.mmsi, vessels.name).where(
+            vessels.mmsi.between(FIRST_STAND_IN, FIRST_STAND_IN + STAND_INS - 1)
+        )
+    )
+    return [(row[0], row[1]) for row in rows]
 
 
 def rematched(session: Session) -> Sequence[int]:

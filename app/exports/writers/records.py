@@ -10,7 +10,7 @@ from datetime import datetime
 from math import isfinite
 from typing import Protocol
 
-Pixels = Sequence[Sequence[float] | None]
+Pixels = Sequence[list[float] | None]
 Matrix = Sequence[Sequence[float]]
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from app.exports.writers.records import Pixels, PoseRecord
 
-Point = Sequence[float]
+Point = list[float]
 WHOLE, PARTIAL, BOX = "whole", "partial", "box"
 
 
@@ -35,7 +35,7 @@ def silhouette(pose: PoseRecord) -> tuple[list[float], str]:
 
 def convex_hull(points: Sequence[Point]) -> list[Point]:
     """Return the corners of the convex hull in order (A. M. Andrew's monotone chain, 1979)."""
-    ordered = sorted(points, key=tuple)
+    ordered = sorted(points)
     lower = _chain(ordered)
     ordered.reverse()
     return lower[:-1] + _chain(ordered)[:-1]

@@ -3,7 +3,9 @@
 import json
 import shlex
 import shutil
+import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -57,6 +59,45 @@ def test_an_imported_data_set_gives_the_published_poses(
     published = label["objects"][0]["position"]["centroid"]
     assert np.abs(np.array(pose["centroid_in_cam_m"]) - published).max() < 1e-3
     assert pose["vessel"] == str(pseudo_mmsi(label["vessels"][0]["identifier"]))
+
+    written = exported(quaymark, tmp_path / "once")
+    assert_same_label(json.loads((written / "label" / f"{IMAGE}.json").read_text()), label)
+    assert (written / "image" / f"{IMAGE}.jpg").read_bytes() == photograph
+    calibration = (dataset / "calib" / f"{IMAGE}.txt").read_text().split()
+    assert (written / "calib" / f"{IMAGE}.txt").read_text().split() == calibration
+    again = quaymark("import", "bonk", written, "--name", "Again")
+    assert "site 'Again': 1 photographs" in again.out, again.error
+    fused = quaymark(
+        *("fuse", "--camera", written / "camera.json"),
+        *("--label", written / "label" / f"{IMAGE}.json"),
+    )
+    (found,) = json.loads(fused.out)["poses"]
+    assert np.abs(np.array(found["centroid_in_cam_m"]) - published).max() < 1e-3
+
+
+def exported(quaymark: Shell, folder: Path) -> Path:
+    """Export everything as BONK-pose with names and photographs, and unpack it."""
+    out = folder.with_suffix(".zip")
+    done = quaymark(*("export", "--format", "bonk", "--out", out), "--with-identities", "--images")
+    assert done.code == 0, done.error
+    with zipfile.ZipFile(out) as archive:
+        archive.extractall(folder)  # our own
+    return folder
+
+
+def assert_same_label(written: dict[str, Any], label: dict[str, Any]) -> None:
+    """Compare what is published of a photograph, numbers to what a moment can hold."""
+    (ours,), (theirs,) = written["objects"], label["objects"]
+    for name in ("identifier", "height", "width", "length"):
+        assert ours[name] == theirs[name]
+    np.testing.assert_allclose(ours["bbImage2d"], theirs["bbImage2d"], atol=1e-9)
+    for name, tolerance in (("centroid", 1e-3), ("eulerAngles", 1e-6)):
+        np.testing.assert_allclose(ours["position"][name], theirs["position"][name], atol=tolerance)
+    assert ours["height"] - 1 < ours["height_exact"] <= ours["height"]
+    (vessel,), (published,) = written["vessels"], label["vessels"]
+    age = "secondsSinceLastPositionReport"
+    assert vessel[age] == pytest.approx(published[age], abs=1e-6)
+    assert {**vessel, age: 0} == {**published, age: 0}
 
 
 def test_photographs_of_other_cameras_are_left_out(quaymark: Shell, dataset: Path) -> None:
