@@ -17,7 +17,7 @@ from app.domain.camera import Camera, Intrinsics
 from app.domain.fusion_settings import FusionSettings
 from app.domain.geodesy import WorldFrame
 from app.domain.vessel_state import VesselState
-from app.domain.waterplane import WaterPlaneSegment, water_plane_segment
+from app.domain.waterplane import WaterPlaneSegment, water_plane_segments
 
 
 class UnmatchedReason(StrEnum):
@@ -61,19 +61,22 @@ def candidates_or_reasons(
         _unusable(state, settings) for state in states
     ]
     usable = [index for index, reason in enumerate(placed) if reason is None]
-    segments = [water_plane_segment(frame, water_level_m, states[index]) for index in usable]
+    segments = water_plane_segments(frame, water_level_m, [states[index] for index in usable])
     corners = np.array([segment.corners_in_world for segment in segments]).reshape(-1, 4, 3)
     depth_m = camera.to_cam(corners)[:, 2].reshape(-1, 4).min(axis=1)
     pixels = camera.project(corners).reshape(-1, 4, 2)
     rectangles = np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=1)
-    overlapping = _overlap(rectangles, camera.intrinsics, settings)
+    antennas = np.array([segment.antenna_in_world for segment in segments]).reshape(-1, 3)
+    away_m = np.linalg.norm(antennas - camera.center_in_world, axis=1)
+    is_far = (away_m > settings.maximum_range_m).tolist()
+    is_behind = (depth_m <= 0).tolist()
+    is_overlapping = _overlap(rectangles, camera.intrinsics, settings).tolist()
     for row, (index, segment) in enumerate(zip(usable, segments, strict=True)):
-        away = np.linalg.norm(segment.antenna_in_world - camera.center_in_world)
-        if away > settings.maximum_range_m:
+        if is_far[row]:
             placed[index] = UnmatchedReason.OUT_OF_RANGE
-        elif depth_m[row] <= 0:
+        elif is_behind[row]:
             placed[index] = UnmatchedReason.BEHIND_CAMERA
-        elif not overlapping[row]:
+        elif not is_overlapping[row]:
             placed[index] = UnmatchedReason.OUTSIDE_IMAGE
         else:
             placed[index] = Candidate(index, states[index], segment, rectangles[row])

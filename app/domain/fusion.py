@@ -21,7 +21,7 @@ from app.domain.detection import Detection
 from app.domain.fusion_settings import FusionSettings, MatchingMethod, Preset
 from app.domain.geodesy import WorldFrame
 from app.domain.pairing import MatchedImage, match_images, windows
-from app.domain.rotations import rotvec_from_matrix
+from app.domain.rotations import rotvecs_from_matrices
 from app.domain.sighting import SeenImage, Sighting, VesselBox
 from app.domain.vessel_state import VesselState
 from app.domain.waterline import waterline_boxes
@@ -187,12 +187,19 @@ def _poses(
     )
     pixels = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
     centroids = points[:, :8].mean(axis=1)
-    in_cam = camera.to_cam(centroids)
+    # A vessel's axes are the columns of the rotation from its frame.
+    axes = np.array([box.vessel_axes_in_world for box in boxes])
+    rotvecs = rotvecs_from_matrices(camera.R_cam_from_world @ np.swapaxes(axes, 1, 2))
+    shifts = (bottom - points[:, 12:]).mean(axis=1)
+    enu = np.array([segment.enu_axes_in_world for segment in segments])
+    placed = zip(
+        *(points[:, :8], centroids, camera.to_cam(centroids), rotvecs),
+        *((enu @ shifts[..., None])[..., 0], pixels),
+        strict=True,
+    )
     return [
-        _pose(camera, pair, box, _Placed(corners, centroid, centroid_in_cam, shown))
-        for pair, box, corners, centroid, centroid_in_cam, shown in zip(
-            pairs, boxes, points[:, :8], centroids, in_cam, pixels, strict=True
-        )
+        _pose(pair, box, _Placed(*rows))
+        for pair, box, rows in zip(pairs, boxes, placed, strict=True)
     ]
 
 
@@ -200,21 +207,20 @@ def _poses(
 class _Placed:
     """A box's corners (8, 3) and their mean (3,) in the world, the latter in the camera too.
 
-    `pixels` (16, 2) are those of its corners, of the reported and of the dead-reckoned segment.
+    `rotvec` (3,) is the vessel's in the camera, `shift_in_enu` (3,) the correction; `pixels`
+    (16, 2) are those of its corners, of the reported and of the dead-reckoned segment.
     """
 
     corners: FloatArray
     centroid: FloatArray
     centroid_in_cam: FloatArray
+    rotvec: FloatArray
+    shift_in_enu: FloatArray
     pixels: FloatArray
 
 
-def _pose(camera: Camera, pair: Sighting, box: VesselBox, placed: _Placed) -> FusedPose:
-    candidate, segment = pair.candidate, pair.candidate.segment
-    # The vessel's axes are the columns of the rotation from the vessel's frame.
-    R_cam_from_vessel = camera.R_cam_from_world @ box.vessel_axes_in_world.T
-    shift = (box.bottom_in_world - segment.corners_in_world).mean(axis=0)
-    pixels = placed.pixels
+def _pose(pair: Sighting, box: VesselBox, placed: _Placed) -> FusedPose:
+    candidate, pixels = pair.candidate, placed.pixels
     return FusedPose(
         detection_index=pair.detection_index,
         state_index=candidate.state_index,
@@ -222,7 +228,7 @@ def _pose(camera: Camera, pair: Sighting, box: VesselBox, placed: _Placed) -> Fu
         cost_terms=pair.cost.terms(),
         centroid_in_world=placed.centroid,
         centroid_in_cam_m=placed.centroid_in_cam,
-        rotvec_cam_from_vessel=rotvec_from_matrix(R_cam_from_vessel),
+        rotvec_cam_from_vessel=placed.rotvec,
         heading_deg=box.heading_deg,
         length_m=candidate.state.length_m,
         width_m=candidate.state.width_m,
@@ -236,6 +242,6 @@ def _pose(camera: Camera, pair: Sighting, box: VesselBox, placed: _Placed) -> Fu
         segment_reported_px=pixels[8:12],
         segment_dead_reckoned_px=pixels[12:],
         segment_corrected_px=pixels[:4],
-        correction_in_enu_m=segment.enu_axes_in_world @ shift,
+        correction_in_enu_m=placed.shift_in_enu,
         flags=pose_flags(pair.cut, candidate.state, box.height_m),
     )

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from pyproj import Transformer
 
 
+_WGS84_RADIUS_M = 6_378_137.0
+_WGS84_E2 = (2 - 1 / 298.257223563) / 298.257223563  # first eccentricity, squared
+
+
 @dataclass(frozen=True, slots=True)
 class Geodetic:
     """A WGS84 place (EPSG:4979): degrees, and metres above the ellipsoid (not above the sea).
@@ -52,6 +56,12 @@ class WorldFrame(Protocol):
         """Rows east, north and up at a place as unit vectors of the world frame, shape (3, 3)."""
         ...
 
+    def places(
+        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Positions (n, 3) and axes (n, 3, 3) of many WGS84 places (n,) of one height."""
+        ...
+
     def geodetic(self, point_in_world: npt.ArrayLike) -> Geodetic:
         """Give the WGS84 place of a point of the world frame, shape (3,)."""
         ...
@@ -78,6 +88,27 @@ class EcefFrame:
             dtype=np.float64,
         )
 
+    def places(
+        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Positions (n, 3) and axes (n, 3, 3) of many places at once (EPSG method 9602)."""
+        lat, lon = np.radians(lat_deg), np.radians(lon_deg)
+        sin_lat, cos_lat, sin_lon, cos_lon = np.sin(lat), np.cos(lat), np.sin(lon), np.cos(lon)
+        zero = np.zeros_like(lat)
+        axes = np.stack(
+            [
+                *(-sin_lon, cos_lon, zero),
+                *(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat),
+                *(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat),
+            ],
+            axis=1,
+        ).reshape(-1, 3, 3)
+        # The radius across the meridian: from the ellipsoid to the axis of the earth.
+        across_m = _WGS84_RADIUS_M / np.sqrt(1 - _WGS84_E2 * sin_lat**2)
+        positions = (across_m + height_m)[:, None] * axes[:, 2]
+        positions[:, 2] -= _WGS84_E2 * across_m * sin_lat
+        return positions, axes
+
     def geodetic(self, point_in_world: npt.ArrayLike) -> Geodetic:
         """WGS84 place of a geocentric point, shape (3,), metres."""
         x, y, z = np.asarray(point_in_world, dtype=np.float64)
@@ -102,6 +133,14 @@ class EnuFrame:
     def axes(self, lat_deg: float, lon_deg: float) -> FloatArray:
         """Rows east, north, up of that place as unit vectors of this frame, shape (3, 3)."""
         return self._ecef.axes(lat_deg, lon_deg) @ self.R_enu_from_ecef.T
+
+    def places(
+        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Positions (n, 3) and axes (n, 3, 3) of many places at once."""
+        in_ecef, axes = self._ecef.places(lat_deg, lon_deg, height_m)
+        R_ecef_from_enu = self.R_enu_from_ecef.T
+        return (in_ecef - self.origin_in_ecef) @ R_ecef_from_enu, axes @ R_ecef_from_enu
 
     def geodetic(self, point_in_world: npt.ArrayLike) -> Geodetic:
         """WGS84 place of a point of this frame, shape (3,), metres."""

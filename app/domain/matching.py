@@ -94,16 +94,35 @@ def match(
     taking_part = [i for i, d in enumerate(detections) if d.score >= settings.score_threshold]
     if not taking_part or not candidates:
         return []
-    costs = [
-        [
-            matching_cost(detections[i], candidate, image, settings.border_tolerance_px)
-            for candidate in candidates
-        ]
-        for i in taking_part
-    ]
-    weights: FloatArray = np.array([[cost.total for cost in row] for row in costs])
+    boxes = [detections[i] for i in taking_part]
+    weights = _totals(boxes, candidates, image, settings.border_tolerance_px)
     rows, columns = linear_sum_assignment(np.minimum(weights, _IMPOSSIBLE))
     return [
-        Pair(taking_part[row], int(column), costs[row][column])
-        for row, column in zip(rows, columns, strict=True)
+        Pair(
+            taking_part[row],
+            column,
+            matching_cost(boxes[row], candidates[column], image, settings.border_tolerance_px),
+        )
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
     ]
+
+
+def _totals(
+    detections: Sequence[Detection],
+    candidates: Sequence[Candidate],
+    image: Intrinsics,
+    border_tolerance_px: float,
+) -> FloatArray:
+    """Return theta of all pairs, (detections, candidates), as `matching_cost` has it of one."""
+    x1, _, x2, y2 = np.array([one.edges_px for one in detections]).T[..., None]
+    left, _, right, bottom = np.array([one.rectangle_px for one in candidates]).T
+    has_size = np.array([one.has_size for one in candidates])
+    is_cut = np.array([cut_edges(one, image, border_tolerance_px).sideways for one in detections])
+    width = np.abs((x2 - x1) - (right - left)) / image.width_px
+    width[is_cut] = 0.0
+    width[:, ~has_size] = 0.0
+    center_x = np.abs((x1 + x2) / 2 - (left + right) / 2) / image.width_px
+    distance = 2 * center_x + np.abs(y2 - bottom) / image.height_px + width
+    score = np.array([one.score for one in detections])[:, None]
+    totals: FloatArray = np.full(distance.shape, np.inf)
+    return np.divide(distance, score, out=totals, where=score > 0)

@@ -19,6 +19,14 @@ def rotvec_from_matrix(R: FloatArray) -> FloatArray:
     return np.asarray(rotvec, dtype=np.float64).reshape(3)
 
 
+def rotvecs_from_matrices(R: FloatArray) -> FloatArray:
+    """Rodrigues vectors (n, 3) of rotations (n, 3, 3), all at once; angles from 0 to pi."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - the web process needs it seldom
+
+    rotvecs: FloatArray = Rotation.from_matrix(R).as_rotvec()
+    return rotvecs
+
+
 def matrix_from_rotvec(rotvec: npt.ArrayLike) -> FloatArray:
     """Rotation (3, 3) of a Rodrigues vector (3,); raises ValueError unless it is three numbers."""
     import cv2  # noqa: PLC0415 - see above

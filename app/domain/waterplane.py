@@ -7,6 +7,7 @@ dimensions A (to bow), B (to stern), C (to port), D (to starboard) around it. Al
 the world frame with the axes of the reported antenna position, as in the published data.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, radians, sin
 
@@ -47,28 +48,48 @@ def vessel_axes(enu_axes_in_world: FloatArray, heading_deg: float) -> FloatArray
 def water_plane_segment(
     frame: WorldFrame, water_level_m: float, state: VesselState
 ) -> WaterPlaneSegment:
-    """Place a vessel on the water at `water_level_m` (ellipsoidal height, metres).
+    """Place a vessel on the water; see `water_plane_segments`."""
+    return water_plane_segments(frame, water_level_m, [state])[0]
+
+
+def water_plane_segments(
+    frame: WorldFrame, water_level_m: float, states: Sequence[VesselState]
+) -> list[WaterPlaneSegment]:
+    """Place vessels on the water at `water_level_m` (ellipsoidal height, metres).
 
     Paper, equations c1 to c4 and the dead reckoning vector dr. Raises ValueError for a position
     that is not on earth (AIS: latitude 91, longitude 181 mean "not available").
     """
-    antenna = frame.position(state.lat_deg, state.lon_deg, water_level_m)
-    enu_axes = frame.axes(state.lat_deg, state.lon_deg)
-    axes = vessel_axes(enu_axes, state.heading_deg)
-    forward, port, _ = axes
-    offsets = np.array(
+    if not states:
+        return []
+    numbers = np.array(
         [
-            state.to_bow_m * forward + state.to_port_m * port,
-            state.to_bow_m * forward - state.to_starboard_m * port,
-            -state.to_stern_m * forward - state.to_starboard_m * port,
-            -state.to_stern_m * forward + state.to_port_m * port,
+            (
+                *(state.lat_deg, state.lon_deg, state.heading_deg, state.speed_kn * state.age_s),
+                *(state.to_bow_m, state.to_stern_m, state.to_port_m, state.to_starboard_m),
+            )
+            for state in states
         ]
     )
-    travelled = forward * (state.speed_kn * M_PER_S_PER_KN * state.age_s)
-    return WaterPlaneSegment(
-        reported_corners_in_world=antenna + offsets,
-        corners_in_world=antenna + travelled + offsets,
-        antenna_in_world=antenna + travelled,
-        vessel_axes_in_world=axes,
-        enu_axes_in_world=enu_axes,
+    lat_deg, lon_deg, heading_deg, knot_s = numbers[:, :4].T
+    if not ((np.abs(lat_deg) <= 90) & (np.abs(lon_deg) <= 180)).all():
+        raise ValueError("lat_deg must lie between -90 and 90 and lon_deg between -180 and 180")
+    antennas, enu_axes = frame.places(lat_deg, lon_deg, water_level_m)
+    sin, cos = np.sin(np.radians(heading_deg))[:, None], np.cos(np.radians(heading_deg))[:, None]
+    east, north, up = enu_axes[:, 0], enu_axes[:, 1], enu_axes[:, 2]
+    forward, port = sin * east + cos * north, sin * north - cos * east
+    axes = np.stack([forward, port, up], axis=1)
+    bow, stern, left, right = numbers[:, 4:].T
+    along = np.stack([bow, bow, -stern, -stern], axis=1)
+    aside = np.stack([left, -right, -right, left], axis=1)
+    reported = (
+        antennas[:, None] + along[..., None] * forward[:, None] + aside[..., None] * (port[:, None])
     )
+    travelled = forward * (knot_s * M_PER_S_PER_KN)[:, None]
+    return [
+        WaterPlaneSegment(*rows)
+        for rows in zip(
+            *(reported, reported + travelled[:, None], antennas + travelled, axes, enu_axes),
+            strict=True,
+        )
+    ]

@@ -37,6 +37,19 @@ def test_a_place_survives_the_way_there_and_back(lat: float, lon: float, height:
         assert place.lat_deg == pytest.approx(lat, abs=1e-9)
 
 
+@given(st.lists(st.tuples(latitudes, longitudes), min_size=1, max_size=4), heights)
+def test_many_places_are_what_each_is_alone(
+    places: list[tuple[float, float]], height: float
+) -> None:
+    """Positions and axes of many places at once are PROJ's of one."""
+    lat, lon = np.array(places).T
+    for frame in (EcefFrame(), EnuFrame(Geodetic(53.5, 10.0, 3.0))):
+        positions, axes = frame.places(lat, lon, height)
+        alone = [frame.position(*place, height) for place in places]
+        np.testing.assert_allclose(positions, alone, atol=1e-6)
+        np.testing.assert_allclose(axes, [frame.axes(*place) for place in places], atol=1e-12)
+
+
 @given(latitudes, longitudes)
 def test_axes_point_east_north_and_up(lat: float, lon: float) -> None:
     """The axes are right-handed and follow small steps of longitude, latitude and height."""
