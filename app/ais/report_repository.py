@@ -45,6 +45,7 @@ STATIC_COLUMNS = (
     AisStatic.to_port_m,
     AisStatic.to_starboard_m,
     AisStatic.mothership_mmsi,
+    AisStatic.id,
 )
 
 

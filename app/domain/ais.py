@@ -76,7 +76,7 @@ class StaticReport:
 
     The four distances are A, B, C, D of message 5, in metres; all four are None when the sender
     left them at zero. 511 m and 63 m mean "at least". `mothership_mmsi` is what an auxiliary
-    craft (MMSI 98...) sends in place of its size.
+    craft (MMSI 98...) sends in place of its size. `report_id` is the key under which it is stored.
     """
 
     mmsi: int
@@ -90,6 +90,7 @@ class StaticReport:
     to_port_m: float | None
     to_starboard_m: float | None
     mothership_mmsi: int | None = None
+    report_id: int | None = None
 
 
 def is_vessel_mmsi(mmsi: int) -> bool:

@@ -147,6 +147,7 @@ def _state(place: Place, heading: Heading, known: KnownHull | None) -> VesselSta
         heading_sigma_deg=heading.sigma_deg,
         track_method=place.method,
         flags=_flags(place, heading, known),
+        static_ids=(known.report_id,) if known and known.report_id else (),
     )
 
 

@@ -50,8 +50,9 @@ class VesselState:
     seconds along `heading_deg` (paper, dead reckoning) leads to the image time; a state already
     interpolated to the image time has `age_s` 0. The four distances are the AIS reference point
     A, B, C, D (ITU-R M.1371, message 5) in metres, all 0 where unknown. `report_ids` are the
-    stored reports that place and heading were made from. `position_covariance_m2` is that of the
-    place at the image time: east-east, east-north, north-north.
+    stored reports that place and heading were made from, `static_ids` the stored static reports
+    that told the size. `position_covariance_m2` is that of the place at the image time: east-east,
+    east-north, north-north.
     """
 
     identifier: str
@@ -70,6 +71,7 @@ class VesselState:
     heading_sigma_deg: float = 1.5
     track_method: TrackMethod | None = None
     flags: tuple[str, ...] = ()
+    static_ids: tuple[int, ...] = ()
 
     @property
     def length_m(self) -> float:

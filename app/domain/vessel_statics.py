@@ -34,11 +34,15 @@ class Hull:
 
 
 class KnownHull(NamedTuple):
-    """A hull and when it was said; `is_later`: only after the moment it is wanted for."""
+    """A hull, when it was said and where that is stored.
+
+    `is_later`: it was said only after the moment it is wanted for.
+    """
 
     hull: Hull
     said_at: datetime
     is_later: bool
+    report_id: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +96,7 @@ def hull_at(statics: Sequence[StaticReport], at: datetime) -> KnownHull | None:
     hull = None if used is None else hull_of(used)
     if used is None or hull is None:
         return None
-    return KnownHull(hull, used.received_at, used is following)
+    return KnownHull(hull, used.received_at, used is following, used.report_id)
 
 
 def hull_of(report: StaticReport) -> Hull | None:

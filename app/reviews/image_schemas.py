@@ -179,6 +179,7 @@ class VesselAtImage(BaseModel):
         description="How the position was carried to the image's time; null: an old run"
     )
     report_ids: list[int] = Field(description="The AIS positions it was made from")
+    static_ids: list[int] = Field(description="The AIS static reports that told its size")
     speed_kn: float
     age_s: float
     length_m: float
@@ -205,6 +206,7 @@ class VesselAtImage(BaseModel):
             heading_source=state.heading_source,
             track_method=state.track_method,
             report_ids=state.report_ids,
+            static_ids=state.static_ids,
             speed_kn=state.speed_kn,
             age_s=state.age_s,
             length_m=state.to_bow_m + state.to_stern_m,

@@ -194,6 +194,7 @@ class PoseOut(BaseModel):
         description="How the position was carried to the image's time; null: an old run"
     )
     report_ids: list[int] = Field(description="The AIS positions it was made from")
+    static_ids: list[int] = Field(description="The AIS static reports that told its size")
     length_m: float
     width_m: float
     height_m: float
@@ -243,6 +244,7 @@ class PoseOut(BaseModel):
             heading_source=state.heading_source,
             track_method=state.track_method,
             report_ids=state.report_ids,
+            static_ids=state.static_ids,
             length_m=pose.length_m,
             width_m=pose.width_m,
             height_m=pose.height_m,

@@ -258,6 +258,7 @@ def vessel_state(row: VesselStateRow) -> VesselState:
         to_starboard_m=row.to_starboard_m,
         heading_source=HeadingSource(row.heading_source),
         report_ids=tuple(row.report_ids),
+        static_ids=tuple(row.static_ids),
         track_method=TrackMethod(row.track_method) if row.track_method else None,
         flags=tuple(row.flags),
     )

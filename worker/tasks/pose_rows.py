@@ -58,6 +58,7 @@ def state_rows(
                 "to_port_m": state.to_port_m,
                 "to_starboard_m": state.to_starboard_m,
                 "report_ids": list(state.report_ids),
+                "static_ids": list(state.static_ids),
                 "track_method": state.track_method and state.track_method.value,
                 "position_covariance_m2": list(state.position_covariance_m2),
                 "heading_sigma_deg": state.heading_sigma_deg,

@@ -69,7 +69,7 @@ def test_states_carry_the_doubts_of_their_reports(database: Database) -> None:
         for index, lat_deg in enumerate((53.51, 53.51, 53.53, 53.51, 53.51)):
             moment = NOON + timedelta(seconds=10 * index)
             make_position(session, site, moment, lat_deg=lat_deg).heading_deg = None
-        make_static(session, site, NOON + timedelta(hours=1))
+        said = make_static(session, site, NOON + timedelta(hours=1))
         session.flush()
         settings = FusionSettings(preset=Preset.WATERLINE)
         at = NOON + timedelta(seconds=24)
@@ -80,6 +80,7 @@ def test_states_carry_the_doubts_of_their_reports(database: Database) -> None:
         assert state.heading_source is HeadingSource.COURSE
         assert state.track_method is TrackMethod.HERMITE
         assert len(state.report_ids) == 2
+        assert state.static_ids == (said.id,)
         assert state.flags == (StateFlag.HEADING_NOT_REPORTED, StateFlag.LATER_SIZE, Doubt.JUMP)
         asked = FusionSettings(preset=Preset.WATERLINE, track_method=TrackMethod.CTRV_DAMPED)
         (turning,) = states_around(session, site.id, CAMERA_AT, {7: at}, asked)[7]
