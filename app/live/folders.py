@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from app.db import now
 from app.errors import Conflict, Invalid, NotFound
 from app.live import repository
+from app.live.repository import KnownFile
 from app.tables.live import WatchedFile, WatchedFolder
 from app.tables.sites import Camera
 
@@ -82,6 +83,11 @@ def noted(session: Session, folder_id: int, trouble: str | None) -> None:
     repository.folder_noted(session, folder_id, now(), trouble)
 
 
-def known_files(session: Session, folder_id: int) -> Mapping[str, WatchedFile]:
+def known_files(session: Session, folder_id: int) -> Mapping[str, KnownFile]:
     """Return what is known of a folder's files, by path below it."""
     return repository.files(session, folder_id)
+
+
+def remember(session: Session, folder_id: int, seen: Mapping[str, KnownFile]) -> None:
+    """Keep what became of some files, by path below the folder."""
+    repository.remember(session, folder_id, seen, now())

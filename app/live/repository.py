@@ -2,8 +2,10 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
+from typing import NamedTuple
 
 import sqlalchemy as sa
+from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, joinedload
 
 from app.db import find
@@ -45,10 +47,42 @@ def folder_noted(session: Session, folder_id: int, at: datetime, trouble: str | 
     )
 
 
-def files(session: Session, folder_id: int) -> Mapping[str, WatchedFile]:
-    """Return what is known of a folder's files, by path."""
-    rows = session.scalars(sa.select(WatchedFile).where(WatchedFile.folder_id == folder_id))
-    return {row.path: row for row in rows}
+class KnownFile(NamedTuple):
+    """A file as it was when last looked at, and what became of it."""
+
+    size_bytes: int
+    modified_ns: int
+    status: WatchedFileStatus
+    reason: str | None = None
+
+
+def files(session: Session, folder_id: int) -> Mapping[str, KnownFile]:
+    """Return what is known of a folder's files, by path: there may be years of them."""
+    rows = session.execute(
+        sa.select(
+            WatchedFile.path, WatchedFile.size_bytes, WatchedFile.modified_ns, WatchedFile.status
+        ).where(WatchedFile.folder_id == folder_id)
+    )
+    return {row[0]: KnownFile(*row[1:]) for row in rows}
+
+
+def remember(session: Session, folder_id: int, seen: Mapping[str, KnownFile], at: datetime) -> None:
+    """Keep what became of some files, by path, in the place of what was known of them."""
+    if not seen:
+        return
+    is_sqlite = session.get_bind().dialect.name == "sqlite"
+    statement = (sqlite if is_sqlite else postgresql).insert(WatchedFile)
+    told = ("size_bytes", "modified_ns", "status", "reason", "seen_at")
+    session.execute(
+        statement.on_conflict_do_update(
+            index_elements=["folder_id", "path"],
+            set_={name: statement.excluded[name] for name in told},
+        ),
+        [
+            {"folder_id": folder_id, "path": path, "seen_at": at, **file._asdict()}
+            for path, file in seen.items()
+        ],
+    )
 
 
 def file_counts(session: Session, folder_id: int) -> Mapping[str, int]:

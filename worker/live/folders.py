@@ -1,33 +1,26 @@
 """The loop of a watched folder: look, take what has stopped growing, remember it, look again."""
 
 import threading
-from dataclasses import dataclass
+import time
+from collections.abc import Mapping
 from pathlib import Path
 
-import structlog
 from sqlalchemy.orm import Session
 
 from app.config import Settings
-from app.db import Database, now
+from app.db import Database
 from app.errors import AppError, StorageFull
 from app.imagery.service import Upload, store_image
 from app.live import folders
+from app.live.repository import KnownFile
 from app.storage import Storage
-from app.tables.live import WatchedFile, WatchedFileStatus, WatchedFolder
+from app.tables.live import WatchedFileStatus, WatchedFolder
 from worker.leases import Held, confirm
 
-log = structlog.get_logger()
 LOOK_EVERY_S = 2.0
 FULL_PAUSE_S = 15.0
-
-
-@dataclass(frozen=True, slots=True)
-class Seen:
-    """A file as it is now: its path below the folder, size and time of change."""
-
-    path: str
-    size_bytes: int
-    modified_ns: int
+PAUSE_SHARE = 10.0  # times as long as looking took
+LONGEST_PATH = 1000
 
 
 class FolderLoops:
@@ -55,42 +48,61 @@ class FolderLoops:
         """Look once; returns how long to wait before the next look."""
         with self._database.reading() as session:
             folder = folders.get(session, folder_id)
-            known = dict(folders.known_files(session, folder_id))
+            known = folders.known_files(session, folder_id)
         trouble: str | None = None
         pause_s = LOOK_EVERY_S
         try:
-            for seen in _files_in(Path(folder.path), moves=folder.moves_files):
-                if stop.is_set():
-                    break
-                self._see(folder, seen, known.get(seen.path), lease)
+            begun = time.monotonic()
+            there, trouble = _files_in(Path(folder.path), moves=folder.moves_files)
+            # A folder with years of files is not looked through all the time.
+            pause_s = max(pause_s, PAUSE_SHARE * (time.monotonic() - begun))
+            trouble = self._see(folder, there, known, lease, stop) or trouble
         except StorageFull as error:
             # What is in the folder waits there until there is room.
             trouble, pause_s = error.detail, FULL_PAUSE_S
         except OSError as error:
             trouble = f"the folder cannot be read: {error.strerror}"
-        self._note(folder_id, lease, trouble)
+        with self._database.writing() as session:
+            confirm(session, lease)
+            folders.noted(session, folder_id, trouble)
         return pause_s
 
     def _see(
-        self, folder: WatchedFolder, seen: Seen, before: WatchedFile | None, lease: Held
-    ) -> None:
-        is_same = before is not None and (before.size_bytes, before.modified_ns) == (
-            seen.size_bytes,
-            seen.modified_ns,
-        )
-        if is_same and before is not None and before.status is not WatchedFileStatus.WAITING:
-            return
-        status, reason = WatchedFileStatus.WAITING, None
-        if is_same:
-            status, reason = self._take(folder, seen)
-        self._remember(folder.id, seen, status, reason, lease)
-        if folder.moves_files and status is not WatchedFileStatus.WAITING:
-            _move(Path(folder.path), seen.path, refused=status is WatchedFileStatus.REFUSED)
+        self,
+        folder: WatchedFolder,
+        there: Mapping[str, KnownFile],
+        known: Mapping[str, KnownFile],
+        lease: Held,
+        stop: threading.Event,
+    ) -> str | None:
+        """Note what is new or grows, take what has stopped growing; returns what was in the way."""
+        trouble: str | None = None
+        changed = {
+            path: file for path, file in there.items() if not _is_same(file, known.get(path))
+        }
+        self._remember(folder.id, changed, lease)
+        for path in (path for path in there if path not in changed):
+            if stop.is_set():
+                break
+            file = known[path]
+            try:
+                if file.status is WatchedFileStatus.WAITING:
+                    status, reason = self._take(folder, path)
+                    file = file._replace(status=status, reason=reason)
+                    self._remember(folder.id, {path: file}, lease)
+                if folder.moves_files:
+                    _move(Path(folder.path), path, refused=file.status is WatchedFileStatus.REFUSED)
+            except FileNotFoundError:
+                continue  # somebody took it away meanwhile
+            except OSError as error:
+                # One that cannot be read keeps no other from being taken.
+                trouble = f"{path}: {error.strerror}"
+        return trouble
 
-    def _take(self, folder: WatchedFolder, seen: Seen) -> tuple[WatchedFileStatus, str | None]:
-        with (Path(folder.path) / seen.path).open("rb") as stream:
+    def _take(self, folder: WatchedFolder, path: str) -> tuple[WatchedFileStatus, str | None]:
+        with (Path(folder.path) / path).open("rb") as stream:
             data = stream.read(self._settings.max_upload_bytes + 1)
-        upload = Upload(data, Path(seen.path).name)
+        upload = Upload(data, Path(path).name)
         try:
             _, is_new = store_image(
                 self._database, self._storage, self._settings, folder.camera_id, upload
@@ -101,42 +113,43 @@ class FolderLoops:
             return WatchedFileStatus.REFUSED, error.detail
         return (WatchedFileStatus.TAKEN if is_new else WatchedFileStatus.KNOWN), None
 
-    def _remember(
-        self,
-        folder_id: int,
-        seen: Seen,
-        status: WatchedFileStatus,
-        reason: str | None,
-        lease: Held,
-    ) -> None:
+    def _remember(self, folder_id: int, seen: Mapping[str, KnownFile], lease: Held) -> None:
+        if not seen:
+            return
         with self._database.writing() as session:
             confirm(session, lease)
-            row = folders.known_files(session, folder_id).get(seen.path)
-            if row is None:
-                row = WatchedFile(folder_id=folder_id, path=seen.path)
-                session.add(row)
-            row.size_bytes, row.modified_ns = seen.size_bytes, seen.modified_ns
-            row.status, row.reason, row.seen_at = status, reason, now()
-
-    def _note(self, folder_id: int, lease: Held, trouble: str | None) -> None:
-        with self._database.writing() as session:
-            confirm(session, lease)
-            folders.noted(session, folder_id, trouble)
+            folders.remember(session, folder_id, seen)
 
 
-def _files_in(folder: Path, *, moves: bool) -> list[Seen]:
-    """Return the photographs below a folder, also in subfolders; links are not followed."""
+def _is_same(file: KnownFile, before: KnownFile | None) -> bool:
+    return before is not None and before[:2] == file[:2]
+
+
+def _files_in(folder: Path, *, moves: bool) -> tuple[dict[str, KnownFile], str | None]:
+    """Return the photographs below a folder by path, also in subfolders; links are not followed.
+
+    And what keeps one from being taken whose name cannot be kept.
+    """
     if not folder.is_dir():
         raise NotADirectoryError(20, "there is no such folder on the worker's machine")
     kept_apart = {folders.DONE, folders.FAILED} if moves else set()
-    found = []
+    found: dict[str, KnownFile] = {}
+    trouble = None
     for path in sorted(folder.rglob("*")):
         inner = path.relative_to(folder)
         wanted = path.suffix.lower() in folders.ENDINGS and inner.parts[0] not in kept_apart
-        if wanted and path.is_file() and not path.is_symlink() and not path.name.startswith("."):
+        if not wanted or path.name.startswith(".") or path.is_symlink() or not path.is_file():
+            continue
+        name = inner.as_posix()
+        if len(name) > LONGEST_PATH or name != name.encode(errors="ignore").decode():
+            trouble = f"{name[:80]!a}: its name is too long, or not readable; rename it"
+            continue
+        try:
             stat = path.stat()
-            found.append(Seen(inner.as_posix(), stat.st_size, stat.st_mtime_ns))
-    return found
+        except FileNotFoundError:
+            continue
+        found[name] = KnownFile(stat.st_size, stat.st_mtime_ns, WatchedFileStatus.WAITING)
+    return found, trouble
 
 
 def _move(folder: Path, inner: str, *, refused: bool) -> None:

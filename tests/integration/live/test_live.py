@@ -1,5 +1,7 @@
 """Cameras that are live: folders are watched, photographs dropped, and fused as they come."""
 
+import errno
+import os
 import threading
 from collections.abc import Callable
 from datetime import timedelta
@@ -82,6 +84,37 @@ def test_a_folder_is_taken_once_and_remembered(
     with database.reading() as session:
         assert session.scalar(sa.select(sa.func.count(Image.id))) == 1
         assert session.scalars(sa.select(WatchedFolder.version)).one() == watched.version
+
+
+def test_a_file_in_the_way_keeps_no_other_from_being_taken(
+    database: Database, settings: Settings, watched: WatchedFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A name in another encoding, and a file that cannot be read, are told; the others go on."""
+    lease = lease_of(database, settings, watched)
+    loop = FolderLoops(database, settings)
+    place = Path(watched.path)
+    Path(os.fsdecode(bytes(place) + b"/a\xff.jpg")).write_bytes(photograph(2))
+    (place / "day" / "aa_20261122_090000.jpg").write_bytes(photograph(3))
+    loop.look(watched.id, lease, STOP)
+    reading = Path.open
+
+    def unreadable(path: Path, *arguments: str) -> object:
+        if path.name.startswith("aa"):
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return reading(path, *arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "open", unreadable)
+        loop.look(watched.id, lease, STOP)
+    with database.reading() as session:
+        trouble = session.get_one(WatchedFolder, watched.id).trouble
+    assert trouble == "day/aa_20261122_090000.jpg: Permission denied"
+    taken = {path for path, status in statuses(database).items() if status == "taken"}
+    assert taken == {"day/cam_20261122_100000.jpg"}
+    loop.look(watched.id, lease, STOP)
+    assert statuses(database)["day/aa_20261122_090000.jpg"] == "taken"
+    with database.reading() as session:
+        assert "rename" in (session.get_one(WatchedFolder, watched.id).trouble or "")
 
 
 def test_a_full_disk_and_a_missing_folder_wait(
