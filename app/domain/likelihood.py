@@ -136,7 +136,7 @@ def _in_better_unit(pairing: PairEvidence, worth: FloatArray) -> BoolArray:
     as_hull = np.zeros(len(boxes.all))
     for unit in np.flatnonzero(boxes.is_unit & (best > 0)):
         here = np.flatnonzero((boxes.scene == boxes.scene[unit]) & ~boxes.is_unit)
-        hulls = [row for row in here if boxes.members[row][0] in boxes.members[unit]]
+        hulls = [row for row in here.tolist() if boxes.members[row][0] in boxes.members[int(unit)]]
         as_hull[hulls] = np.maximum(as_hull[hulls], best[unit])
     return np.asarray(as_hull > best)
 

@@ -14,8 +14,10 @@ from sqlalchemy.orm import Session
 
 from app import __version__
 from app.db import find, now
+from app.domain.fusion_settings import Preset
 from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.jobs import JobClient, JobQueue
+from app.learning.service import learnt_settings
 from app.paging import Paging
 from app.runs import growth_repository as growth
 from app.runs import recording_repository, repository
@@ -63,13 +65,16 @@ def start_run(
 ) -> Run:
     """Store a run over all present images of a viewport and put its job into the queue.
 
+    Preset waterline takes what the site's reviews taught, where `parameters` say nothing else.
     Raises NotFound (viewport), Conflict (no registration, no image), Invalid (detector, preset,
     parameters).
     """
-    settings = fusion_settings(preset, parameters)
     viewport = find(session, Viewport, viewport_id)
     if viewport is None:
         raise NotFound("there is no such viewport")
+    site_id = viewport.camera.site_id
+    learnt = learnt_settings(session, site_id) if preset == Preset.WATERLINE else {}
+    settings = fusion_settings(preset, {**learnt, **parameters})
     registration = repository.latest_registration(session, viewport_id)
     if registration is None:
         raise _not_ready(
@@ -78,7 +83,7 @@ def start_run(
         )
     model = ready_model(session, detector)
     run = Run(
-        site_id=viewport.camera.site_id,
+        site_id=site_id,
         viewport_id=viewport_id,
         registration_id=registration.id,
         model_id=model.id,

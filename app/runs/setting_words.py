@@ -87,6 +87,12 @@ SETTINGS: dict[str, SettingWords] = {
     "detected_share": SettingWords(
         "Share detected", "", "How many of the vessels with AIS the detector is expected to find."
     ),
+    "score_weight": SettingWords(
+        "Weight of a detection's score", "", "Of matching likelihood: 0 takes all boxes alike."
+    ),
+    "score_center": SettingWords(
+        "Even score", " (log odds)", "A score that speaks neither for nor against a vessel."
+    ),
     "series_gap_s": SettingWords(
         "Pause within a series", " s", "Images at most so far apart are one series: tracks run on."
     ),

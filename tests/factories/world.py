@@ -25,6 +25,7 @@ from app.tables.groundtruth import (
 )
 from app.tables.imagery import CaptureTimeSource, Image
 from app.tables.imports import ImageImport, ImportFile
+from app.tables.learning import LearntSettings
 from app.tables.live import RetentionKind, RetentionRule, StandingRun, WatchedFolder
 from app.tables.notes import Comment
 from app.tables.practice import CalibrationSet, JudgedPose
@@ -66,7 +67,7 @@ def make_world(session: Session, marker: str, mmsi: int) -> dict[str, int]:
     run_ids = _run(session, site, viewport, image, marker, mmsi)
     turned = make_turned(session, viewport, image, run_ids["registration_id"], marker)
     turned |= _deleted(session, camera, marker) | _clock(session, camera)
-    turned |= _live(session, camera, viewport, run_ids["model_id"])
+    turned |= _learnt(session, site) | _live(session, camera, viewport, run_ids["model_id"])
     ids |= make_import(session, camera, marker) | _ground_truth(session, image)
     return ids | {"image_id": image.id} | run_ids | turned
 
@@ -116,6 +117,15 @@ def _clock(session: Session, camera: Camera) -> dict[str, int]:
     session.add(offset)
     session.flush()
     return {"offset_id": offset.id}
+
+
+def _learnt(session: Session, site: Site) -> dict[str, int]:
+    learnt = LearntSettings(
+        site_id=site.id, number=1, settings={"detected_share": 0.7}, basis={"image_ids": []}
+    )
+    session.add(learnt)
+    session.flush()
+    return {"learnt_id": learnt.id}
 
 
 def _live(session: Session, camera: Camera, viewport: Viewport, model_id: int) -> dict[str, int]:
