@@ -56,6 +56,8 @@ from app.keeping import router as keeping
 from app.live import pages as live_pages
 from app.live import router as live
 from app.oidc import pages as oidc_pages
+from app.learning import pages as learning_pages
+from app.learning import router as learning
 from app.oidc.provider import Provider
 from app.registration import editor_pages as registration_editor
 from app.registration import landmark_router as landmarks
@@ -108,6 +110,7 @@ REST = (
     deletions,
     keeping,
 )
+    learning,
 PAGES = (
     home_pages,
     auth_pages,
@@ -143,6 +146,7 @@ PAGES = (
     keeping_pages,
 )
 
+    learning_pages,
 
 def create_app(settings: Settings | None = None) -> FastAPI:
     """Build the web application. Raises when a route forgot to declare its permission."""
