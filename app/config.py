@@ -57,6 +57,8 @@ class Settings(MailSettings, ProviderSettings, BaseSettings):
     metrics_token: SecretStr = SecretStr("")
     metrics_allowed_addresses: list[str] = ["127.0.0.1", "::1"]
 
+    max_requests: int = Field(200, ge=1, description="Under way at a time; more are 503")
+    max_streams: int = Field(500, ge=1, description="Pages that watch something at a time")
     max_upload_bytes: int = Field(64 * 2**20, ge=1)
     max_model_bytes: int = Field(1024 * 2**20, ge=1)
     max_ais_file_bytes: int = Field(1024 * 2**20, ge=1)

@@ -21,6 +21,9 @@ from sqlalchemy.orm import DeclarativeBase, Session
 from sqlalchemy.orm.interfaces import ORMOption
 
 BUSY_TIMEOUT_MS = 30_000
+# Connections kept and made at need; requests with a session are fewer, for others need some too.
+POOL = {"pool_size": 10, "max_overflow": 20}
+MOST_SESSIONS = 20
 CONSTRAINT_NAMES = {
     "ix": "ix_%(column_0_N_label)s",
     "uq": "uq_%(table_name)s_%(column_0_N_name)s",

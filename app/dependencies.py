@@ -19,6 +19,7 @@ from app.db import Database
 from app.identities.service import NOTHING, Reader, read_by
 from app.jobs import JobClient
 from app.paging import Page, Paging, decode_cursor, fetch_page
+from app.session_slots import SessionSlots
 from app.storage import Storage
 
 __all__ = [
@@ -79,22 +80,24 @@ def reader_of(access: Access | None) -> Reader:
 
 
 async def _session(request: Request, database: DatabaseDep) -> AsyncIterator[Session]:
-    # Nothing touches the database before the route's first statement, in the route's own thread.
-    writes = request.method not in SAFE_METHODS
-    session = database.session(writes=writes)
-    read_by(session, reader_of(access_of(request)))
-    if writes:
-        request.state.session = session  # for what is stored with the answer (idempotency)
-    try:
-        yield session
+    slots: SessionSlots = request.app.state.session_slots
+    async with slots.here():
+        # Nothing touches the database before the route's first statement, in the route's thread.
+        writes = request.method not in SAFE_METHODS
+        session = database.session(writes=writes)
+        read_by(session, reader_of(access_of(request)))
         if writes:
-            await run_in_threadpool(session.commit)
-    finally:
-        if database.is_sqlite:
-            session.close()
-        else:  # gives the server a ROLLBACK, also to a caller who has left
-            with CancelScope(shield=True):
-                await run_in_threadpool(session.close)
+            request.state.session = session  # for what is stored with the answer (idempotency)
+        try:
+            yield session
+            if writes:
+                await run_in_threadpool(session.commit)
+        finally:
+            if database.is_sqlite:
+                session.close()
+            else:  # gives the server a ROLLBACK, also to a caller who has left
+                with CancelScope(shield=True):
+                    await run_in_threadpool(session.close)
 
 
 SessionDep = Annotated[Session, Depends(_session, scope="function")]

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import sqlalchemy as sa
 import structlog
+from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, REGISTRY, Gauge, generate_latest
 from pydantic import BaseModel
@@ -92,16 +93,17 @@ class Prober:
 
 
 @router.get("/healthz")
-def healthz() -> Liveness:
-    """Answer as long as the process lives."""
+async def healthz() -> Liveness:
+    """Answer as long as the process lives; no thread is waited for."""
     return Liveness()
 
 
 @router.get("/readyz", responses={503: {"model": Readiness}})
-def readyz(request: Request, response: Response) -> Readiness:
+async def readyz(request: Request, response: Response) -> Readiness:
     """Answer 200 when database and store take writes and a worker was seen lately, else 503."""
     prober: Prober = request.app.state.prober
-    ready = prober.readiness()
+    # In a thread of its own: those of ordinary requests may all be busy.
+    ready = await to_thread.run_sync(prober.readiness, limiter=CapacityLimiter(1))
     response.status_code = 200 if ready.status == "ok" else 503
     response.headers["Cache-Control"] = "no-store"
     return ready

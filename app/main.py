@@ -1,5 +1,6 @@
 """The composition root: puts settings, database, store, jobs and all features into one app."""
 
+import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -24,7 +25,7 @@ from app.calibration import router as calibration
 from app.clocks import pages as clock_pages
 from app.clocks import router as clocks
 from app.config import Settings, get_settings
-from app.db import Database
+from app.db import MOST_SESSIONS, Database
 from app.deletions import pages as deletion_pages
 from app.deletions import router as deletions
 from app.detectors import pages as detector_pages
@@ -71,6 +72,7 @@ from app.reviews import pages as review_pages
 from app.reviews import router as reviews
 from app.runs import pages as run_pages
 from app.runs import router as runs
+from app.session_slots import SessionSlots
 from app.sites import pages as site_pages
 from app.sites import router as sites
 from app.sites import water_pages
@@ -187,6 +189,8 @@ def furnish(app: FastAPI, settings: Settings) -> None:
     app.state.database = Database(settings.database_url)
     app.state.storage = Storage(settings.storage_url)
     app.state.jobs = JobClient(settings.database_url)
+    app.state.leaving = threading.Event()  # set as the process stops: streams end
+    app.state.session_slots = SessionSlots(MOST_SESSIONS)
     app.state.identity_provider = Provider(settings) if settings.has_provider else None
     app.state.prober = health.Prober(app.state.database, app.state.storage)
     app.user_middleware.clear()

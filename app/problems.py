@@ -14,6 +14,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, RedirectResponse, Response
 from pydantic import ValidationError
 from sqlalchemy.exc import DataError, IntegrityError, OperationalError
+from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm.exc import StaleDataError
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -105,6 +106,8 @@ def as_app_error(error: Exception) -> AppError:  # noqa: C901, PLR0911  a table,
             return Invalid("a number is out of range, or a text holds a NUL character")
         case OperationalError() if "full" in str(error.orig).lower():
             return StorageFull("there is no room left; free some space and try again")
+        case NoConnection():
+            return Unavailable("too much is asked at once", headers={"Retry-After": "5"})
         case OperationalError():
             return Unavailable("the database does not answer", headers={"Retry-After": "5"})
     return AppError("Nobody foresaw this. The server's log has the details.")
@@ -143,6 +146,7 @@ def install(app: FastAPI) -> None:
         IntegrityError,
         DataError,
         OverflowError,
+        NoConnection,
         OperationalError,
     ):
         app.add_exception_handler(kind, _handle)

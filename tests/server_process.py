@@ -50,11 +50,20 @@ class ServerProcess:
         self._process.send_signal(signal.SIGKILL)
         self._process.wait()
 
+    def ask_to_stop(self) -> None:
+        """Ask the process to end, and go on."""
+        self._process.terminate()
+
+    @property
+    def code(self) -> int | None:
+        """Return the exit code, None while the process lives."""
+        return self._process.poll()
+
     def stop(self) -> None:
         """Ask the process to end, and wait."""
         if self._process.poll() is None:
             self._process.terminate()
-            self._process.wait(20)
+            self._process.wait(30)
 
     def _answers(self) -> bool:
         try:

@@ -1,9 +1,9 @@
 """What stands before every route, outermost first.
 
 A request gets an id and a line in the log; its answer gets the security headers, also when it is an
-error; then its Host and the size of its headers are checked, its sender is identified, a forged one
-is refused, and its body may be so large and no larger. Plain ASGI middleware throughout: answers
-stream, and a client that leaves is noticed.
+error; then its Host and the size of its headers are checked; where too many are under way it is
+refused; its sender is identified, a forged one is refused, and its body may be so large and no
+larger. Plain ASGI middleware throughout: answers stream, and a client that leaves is noticed.
 """
 
 from fastapi import FastAPI
@@ -16,6 +16,7 @@ from app.auth.hosts import HeaderChecks
 from app.auth.same_origin import SameOrigin
 from app.auth.throttle import SignInThrottle
 from app.config import Settings, tile_origin
+from app.overload import BoundedRequests
 from app.problems import AnswerErrors
 
 RESET_WISHES, RESET_WINDOW_S = 5, 900
@@ -31,6 +32,9 @@ def protect(app: FastAPI, settings: Settings) -> None:
     app.add_middleware(BodyLimits, settings=settings)
     app.add_middleware(SameOrigin, public_url=settings.public_url)
     app.add_middleware(Authentication)
+    app.add_middleware(
+        BoundedRequests, requests=settings.max_requests, streams=settings.max_streams
+    )
     app.add_middleware(HeaderChecks, allowed_hosts=settings.allowed_hosts)
     app.add_middleware(AnswerErrors)
     app.add_middleware(

@@ -1,6 +1,12 @@
-"""The web process: uvicorn with our settings, refusing to start on a database that does not fit."""
+"""The web process: uvicorn with our settings, refusing to start on a database that does not fit.
 
+Told to stop, it takes no new connection, ends the streams, and lets requests under way finish. What
+has not finished then is cut, its transaction with it, and the process ends in any case.
+"""
+
+import os
 import socket
+import threading
 
 import uvicorn
 
@@ -11,6 +17,25 @@ from app.errors import AppError
 from app.garbage import set_startup_aside
 from app.logs import configure_logs
 from app.main import create_app
+
+GRACE_S = 20
+LEAVES_WITHIN_S = 26.0  # an orchestrator kills after 30 s
+
+
+class GracefulServer(uvicorn.Server):
+    """A server that tells its streams to end, and ends itself even if a thread does not."""
+
+    def __init__(self, config: uvicorn.Config, leaving: threading.Event) -> None:
+        super().__init__(config)
+        self._leaving = leaving
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Finish what is under way."""
+        self._leaving.set()
+        last_resort = threading.Timer(LEAVES_WITHIN_S, os._exit, (0,))
+        last_resort.daemon = True
+        last_resort.start()
+        await super().shutdown(sockets)
 
 
 def listening_socket(host: str, port: int) -> socket.socket:
@@ -39,7 +64,7 @@ def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
         database.dispose()
     app = create_app(settings)
     set_startup_aside()
-    return uvicorn.Server(
+    return GracefulServer(
         uvicorn.Config(
             app,
             log_level="warning" if quiet else "info",
@@ -47,8 +72,9 @@ def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
             server_header=False,
             # Beyond what we answer ourselves (app/auth/hosts.py), the server cuts the line.
             h11_max_incomplete_event_size=256 * 1024,
-            timeout_graceful_shutdown=3,
-        )
+            timeout_graceful_shutdown=GRACE_S,
+        ),
+        app.state.leaving,
     )
 
 

@@ -1,6 +1,7 @@
 """REST of runs: start, list, watch, cancel."""
 
 import json
+import threading
 from collections.abc import AsyncIterator
 from dataclasses import asdict
 from typing import Annotated
@@ -140,7 +141,8 @@ def watch_run(
 
 async def _events(request: Request, database: Database, run_id: int) -> AsyncIterator[str]:
     last, sent_at = "", anyio.current_time()
-    while not await request.is_disconnected():
+    leaving: threading.Event = request.app.state.leaving
+    while not leaving.is_set() and not await request.is_disconnected():
         progress = await run_in_threadpool(_progress, database, run_id)
         if progress is None:
             return
