@@ -91,7 +91,7 @@ def make_norderelbe(
                     captured_at_source=CaptureTimeSource.GIVEN,
                 )
             )
-            _hear(session, published, moment)
+            hear(session, published, moment)
         model = Model(
             name="yolox-nano",
             family="yolox",
@@ -150,7 +150,8 @@ def _register(session: Session, viewport_id: int, published: Published) -> None:
     )
 
 
-def _hear(session: Session, published: Published, captured_at: datetime) -> None:
+def hear(session: Session, published: Published, captured_at: datetime) -> None:
+    """Insert the vessel's reports as they were heard before a photograph of this moment."""
     vessel = published.label["vessels"][0]
     heard_at = captured_at - timedelta(seconds=vessel["secondsSinceLastPositionReport"])
     size = vessel["size"]

@@ -83,6 +83,7 @@ def test_matches_of_a_slow_clock_are_withheld_until_it_is_corrected(
     assert outcomes["Withheld: clock suspect"] == doubt.result["withheld_matches"] > 0
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)
 def test_few_vessels_say_nothing_of_a_clock(
     database: Database, start_worker: StartWorker, runs: Runs
 ) -> None:
