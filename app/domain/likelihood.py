@@ -26,6 +26,7 @@ from app.domain.explanation import explained
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
 from app.domain.image_series import series_tracks, split_series
 from app.domain.pair_evidence import PairEvidence
+from app.domain.priors import CERTAINTY
 from app.domain.seen_boxes import Scene
 from app.domain.student import log_student
 from app.domain.track_votes import Voices, vote
@@ -198,8 +199,8 @@ def _pair(
 ) -> LikelyPair:
     """Say how sure one pair is."""
     boxes, row = pairing.boxes, pairing.row[index]
-    rivals = pairing.row == row
-    others = float(np.logaddexp.reduce([0.0, *worth[rivals]]))
+    rivals = CERTAINTY * worth[pairing.row == row]
+    every = float(np.logaddexp.reduce([0.0, *rivals]))
     sigmas = [
         float(abs(value)) if used else None
         for value, used in zip(judged.sigmas[index], pairing.used[index], strict=True)
@@ -209,7 +210,7 @@ def _pair(
     return LikelyPair(
         detection=_with_antenna(scene, boxes.members[row], scene.candidates[candidate], camera),
         candidate=candidate,
-        cost=Odds(own, float(np.exp(own - others)), *sigmas),
+        cost=Odds(own, float(np.exp(CERTAINTY * own - every)), *sigmas),
         box=boxes.all[row],
     )
 

@@ -15,7 +15,7 @@ from math import exp, log
 import numpy as np
 
 from app.domain.arrays import FloatArray
-from app.domain.priors import GradedImage, GradedPair, Priors, fit_priors
+from app.domain.priors import CERTAINTY, GradedImage, GradedPair, Priors, fit_priors
 from app.domain.sampling import wilson_interval
 
 OCCASION_GAP_S = 3600.0
@@ -51,7 +51,7 @@ class Held:
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """Held-out figures with the chances in use and with fitted ones.
+    """Held-out figures with the chances that the graded runs took, and with fitted ones.
 
     `loss_change` is the change of the log loss a pair (negative is better) with its 95 % interval
     over occasions; None without pairs that say a probability.
@@ -147,10 +147,10 @@ def _judged(image: GradedImage, pair: GradedPair, fitted: Priors) -> tuple[_Word
 def _word(pair: GradedPair, probability: float, shift: float) -> _Word:
     """Return what a pair is worth once all pairs of its box are worth more or less."""
     odds = -pair.cost
-    # The probability was odds / (1 + odds + those of other vessels).
-    own = exp(min(odds, 300.0))
+    # The probability was own / (1 + own + those of other vessels).
+    own = exp(min(CERTAINTY * odds, 300.0))
     others = max(0.0, own / max(probability, 1e-9) - 1 - own)
-    factor = exp(shift)
+    factor = exp(CERTAINTY * shift)
     chance = own * factor / (1 + factor * (own + others))
     chance = min(max(chance, _SURELY), 1 - _SURELY)
     return _Word(odds + shift > 0, pair.right, -log(chance if pair.right else 1 - chance))

@@ -14,6 +14,9 @@ import numpy as np
 
 from app.domain.arrays import FloatArray
 
+# Edges of boxes, hulls and AIS err together, so that log odds are worth half of what they would be
+# if each erred by itself: measured on traffic of errors beyond what is stated.
+CERTAINTY = 0.5
 _PRIOR_IMAGES = 5.0  # so many images, or vessels, with the numbers that runs take anyway
 _USUAL_UNIDENTIFIED = 1.0
 _USUAL_DETECTED = 0.8

@@ -38,7 +38,7 @@ class HeldOut(BaseModel):
 class GainOut(BaseModel):
     """What the fitted settings are worth on images they were not fitted to."""
 
-    now: HeldOut
+    now: Annotated[HeldOut, Field(description="As the graded runs matched")]
     fitted: HeldOut
     loss_change: Annotated[
         tuple[float, float, float] | None,

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from app.domain.prior_gain import held_out_gain, missing, occasions, silent_share
-from app.domain.priors import GradedBox, GradedImage, GradedPair, Priors, fit_priors, logit
+from app.domain.priors import (
+    CERTAINTY,
+    GradedBox,
+    GradedImage,
+    GradedPair,
+    Priors,
+    fit_priors,
+    logit,
+)
 
 
 def harbour(
@@ -35,11 +43,12 @@ def harbour(
                 cost = float(rng.gamma(2, 0.05 if vessel else 0.3))
                 pairs.append(GradedPair(score, mmsi, cost, None, vessel))
                 continue
-            # Evidence with a known ratio: of the right vessel 2 sigmas off, of others 4.
-            ratio = float(rng.normal(2 if vessel else -2, 2))
+            # Log ratios that are worth half of what they say, as those of edges are.
+            ratio = float(rng.normal(2 if vessel else -2, 2)) / CERTAINTY
             odds = ratio + used.log_odds(score)
             if odds > 0:
-                pairs.append(GradedPair(score, mmsi, -odds, 1 / (1 + np.exp(-odds)), vessel))
+                said = 1 / (1 + np.exp(-CERTAINTY * odds))
+                pairs.append(GradedPair(score, mmsi, -odds, said, vessel))
         drawn.append(
             GradedImage(
                 id=number,
