@@ -8,6 +8,7 @@ from fastapi import APIRouter, Request, Response
 from app.ais import coverage
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import SessionDep
+from app.feeds import service as feeds
 from app.identities import service as identities
 from app.sites.actions import site_for
 from app.templating import page
@@ -38,6 +39,7 @@ def show_coverage(
         ],
         site=site,
         days=days,
+        suspect_clocks=feeds.suspect_clocks(session, readable, site.id),
         found=found,
         marks=[
             (_second(image) // SECONDS_A_PX, image) for image in (found.images if found else ())

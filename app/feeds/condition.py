@@ -18,6 +18,7 @@ from app.tables.feeds import AisFeed, AisFeedStatus, FeedCondition
 
 RATE_HOLDS_S = 10.0  # an older rate is of a time when messages came
 WORKER_SEEN_WITHIN_S = 10.0
+LEAST_LAG_S, LARGEST_LAG_S = -5.0, 60.0  # of a line behind the time its receiver gave it
 NO_WORKER = "No worker has taken this feed; see whether one runs."
 
 
@@ -51,6 +52,13 @@ class FeedView:
     last_error_at: datetime | None
     worker: str | None
     accounting: dict[str, Any]
+
+    @property
+    def clock_is_suspect(self) -> bool:
+        """Whether the times its receiver gives contradict those at which lines arrive."""
+        return self.receiver_lag_s is not None and not (
+            LEAST_LAG_S <= self.receiver_lag_s <= LARGEST_LAG_S
+        )
 
     @property
     def dropped_lines(self) -> int:

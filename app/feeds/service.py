@@ -112,6 +112,16 @@ def alarms(session: Session, readable: Readable, site_id: int | None = None) -> 
     return [view for view in views if view.alarm]
 
 
+def suspect_clocks(session: Session, readable: Readable, site_id: int) -> list[FeedView]:
+    """Return the feeds heard at a site whose receiver's clock is suspect.
+
+    What they bring stands at the times they give, which is not when it was sent: images of now get
+    no vessels from it.
+    """
+    views, _ = list_views(session, readable, site_id=site_id)
+    return [view for view in views if view.clock_is_suspect]
+
+
 def switched_on(session: Session) -> dict[int, int]:
     """Return the versions of all feeds that are to run, by id."""
     return repository.switched_on(session)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from datetime import timedelta
 
 import pytest
+import sqlalchemy as sa
 from starlette.testclient import TestClient
 
 from app.config import Settings
@@ -102,6 +103,20 @@ def test_the_form_says_what_is_wrong(browser: TestClient, site: Site) -> None:
     assert "QUAYMARK_FEED_ALLOWED_NETWORKS" in refused.text
     assert 'value="169.254.169.254"' in refused.text
     assert browser.post("/ais/feeds", data=entered(site, host="")).status_code == 422
+
+
+def test_a_receiver_two_days_off_is_told_where_coverage_is_looked_at(
+    browser: TestClient, database: Database, site: Site
+) -> None:
+    """Its reports stand at its own times, so the page says why images of now have none."""
+    place = browser.post("/ais/feeds", data=entered(site)).headers["Location"]
+    held(database, int(place.rpartition("/")[2]), last_message_s=1)
+    coverage = f"/sites/{site.id}/coverage"
+    assert "Clock suspect" not in browser.get(coverage).text
+    with database.writing() as session:
+        session.scalars(sa.select(AisFeedStatus)).one().receiver_lag_s = 48 * 3600.0
+    assert "48.0 h behind" in browser.get(coverage).text
+    assert "clock is suspect" in browser.get(place).text
 
 
 @pytest.mark.parametrize("last_message_s", [2, 40])
