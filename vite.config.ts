@@ -5,7 +5,7 @@
  */
 import { defineConfig } from "vitest/config";
 
-const ISLANDS = ["theme", "main", "review", "run", "live", "practice", "upload", "import", "register", "reregistration", "calibration", "ais-map"];
+const ISLANDS = ["theme", "main", "review", "run", "live", "practice", "upload", "import", "register", "reregistration", "calibration", "ais-map", "boxes"];
 
 export default defineConfig({
   base: "./",

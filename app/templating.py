@@ -41,6 +41,7 @@ NAVIGATION: tuple[tuple[str, str, Scope], ...] = (
     ("AIS", "/ais", Scope.READ),
     ("Models", "/models", Scope.READ),
     ("Runs", "/runs", Scope.READ),
+    ("Ground truth", "/ground-truth", Scope.READ),
     ("Evaluation", "/evaluation", Scope.READ),
     ("Exports", "/exports", Scope.EXPORT),
     ("Admin", "/admin/users", Scope.ADMIN),

@@ -17,8 +17,8 @@ from app.domain.arrays import FloatArray
 from app.domain.metrics import BoxPose
 from app.domain.sampling import Share
 
-# Chi-squared with three degrees of freedom: 95 % lie below.
-WITHIN_95 = 7.814728
+# Chi-squared with two and three degrees of freedom: 95 % lie below.
+WITHIN_95 = {2: 5.991465, 3: 7.814728}
 Z_95 = 1.959964
 DRAWS, SEED = 200, 1979
 
@@ -37,10 +37,15 @@ class ErrorSummary:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """Of poses that say how sure they are: mean NEES (3 is right) and shares within 95 %."""
+    """Of poses that say how sure they are: mean NEES and shares within their 95 %.
+
+    The NEES of the whole position is 3 where they are right, that along the water 2.
+    """
 
     mean_nees: float | None
+    mean_nees_horizontal: float | None
     position: Share
+    horizontal: Share
     heading: Share
     height: Share
 
@@ -92,9 +97,9 @@ def error_in_enu_m(generated: BoxPose, true: BoxPose, heading_deg: float) -> Flo
 
 
 def nees(error: FloatArray, covariance: npt.ArrayLike) -> float | None:
-    """Return the squared error in units of a covariance (3, 3); None for one that is no such."""
+    """Return the squared error (k,) in units of a covariance (k, k); None for one that is none."""
     matrix = np.asarray(covariance, dtype=np.float64)
-    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+    if matrix.shape != (len(error), len(error)) or not np.isfinite(matrix).all():
         return None
     try:
         np.linalg.cholesky(matrix)
@@ -104,12 +109,25 @@ def nees(error: FloatArray, covariance: npt.ArrayLike) -> float | None:
 
 
 def calibration(
-    position_nees: Sequence[float], sigmas: Mapping[str, Sequence[float]]
+    nees_by_dimension: Mapping[int, Sequence[float]], sigmas: Mapping[str, Sequence[float]]
 ) -> Calibration:
-    """Sum up NEES of positions and errors in sigmas of `heading` and `height`."""
+    """Sum up NEES of positions (3) and along the water (2), and errors in sigmas.
+
+    `sigmas` are those of `heading` and `height`.
+    """
+    inside = {
+        dimension: Share(sum(value <= WITHIN_95[dimension] for value in values), len(values))
+        for dimension, values in nees_by_dimension.items()
+    }
+    means = {
+        dimension: float(np.mean(values)) if values else None
+        for dimension, values in nees_by_dimension.items()
+    }
     return Calibration(
-        mean_nees=float(np.mean(position_nees)) if position_nees else None,
-        position=Share(sum(value <= WITHIN_95 for value in position_nees), len(position_nees)),
+        mean_nees=means[3],
+        mean_nees_horizontal=means[2],
+        position=inside[3],
+        horizontal=inside[2],
         heading=_within(sigmas["heading"]),
         height=_within(sigmas["height"]),
     )

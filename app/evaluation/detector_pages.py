@@ -3,20 +3,17 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
-from sqlalchemy.orm import Session
 
-from app.auth.access import Access, Scope
+from app.auth.access import Scope
 from app.dependencies import SessionDep
 from app.domain.average_precision import RECALL_LEVELS
 from app.evaluation import selection
-from app.evaluation.answers import svg_file
-from app.evaluation.detector_router import Narrowed, NarrowedDep
+from app.evaluation.detector_router import NarrowedDep
 from app.evaluation.detector_schemas import DetectorTableOut, detectors_out
 from app.evaluation.detectors import CLASS_SETS, detector_table
 from app.evaluation.pages import show_in_frame
 from app.evaluation.plots import COLOURS, Curve, Plot, curve, shares_x, shares_y
 from app.evaluation.router import AskedDep, Reader
-from app.evaluation.selection import Asked, Selection
 
 router = APIRouter()
 
@@ -40,7 +37,10 @@ def show_detectors(
     class_set: ClassSetName = "moving",
 ) -> Response:
     """Show how well detectors find the vessels that people drew boxes around."""
-    chosen, table = _table(session, access, asked, only)
+    chosen = selection.select(session, access, asked)
+    table = detectors_out(
+        detector_table(session, chosen, model_id=only.model_id, file_id=only.file_id)
+    )
     more = {"model_id": only.model_id, "file_id": only.file_id}
     return show_in_frame(
         request,
@@ -49,7 +49,7 @@ def show_detectors(
         chosen,
         "evaluation/detectors.html",
         table=table,
-        plot=_plot(table, class_set),
+        plot=detector_plot(table, class_set),
         class_set=class_set,
         set_names=SET_NAMES,
         ways=[
@@ -62,33 +62,13 @@ def show_detectors(
         ],
         rest=f"/api/v1/evaluation/detectors{asked.query(**more)}",
         csv=f"/api/v1/evaluation/detectors{asked.query(**more, format='csv')}",
-        svg=f"/evaluation/detectors.svg{asked.query(**more, class_set=class_set)}",
+        svg=f"/api/v1/evaluation/detectors.svg{asked.query(**more, class_set=class_set)}",
         may_draw=access.may_anywhere(Scope.REVIEW),
     )
 
 
-@router.get("/evaluation/detectors.svg")
-def draw_detectors(
-    session: SessionDep,
-    access: Reader,
-    asked: AskedDep,
-    only: NarrowedDep,
-    class_set: ClassSetName = "moving",
-) -> Response:
-    """Send precision over recall as an SVG file."""
-    _, table = _table(session, access, asked, only)
-    return svg_file("precision-over-recall", _plot(table, class_set))
-
-
-def _table(
-    session: Session, access: Access, asked: Asked, only: Narrowed
-) -> tuple[Selection, DetectorTableOut]:
-    chosen = selection.select(session, access, asked)
-    table = detector_table(session, chosen, model_id=only.model_id, file_id=only.file_id)
-    return chosen, detectors_out(table)
-
-
-def _plot(table: DetectorTableOut, class_set: str) -> Plot:
+def detector_plot(table: DetectorTableOut, class_set: str) -> Plot:
+    """Draw precision over recall of the detectors, the best first."""
     curves: list[Curve] = []
     for one in table.detectors:
         figures = next(found for found in one.class_sets if found.class_set == class_set)

@@ -16,9 +16,9 @@ COUNTING = (
     ),
     (
         "Moving vessels are ship, ship_leaving_frame and subvessel, those that send AIS. In "
-        "`moving` boxes of the other classes are not there, as if nobody had drawn them: a "
-        "detection of a moored ship is wrong. In `moving_others_ignored` it is neither right nor "
-        "wrong. `all` asks for all five classes."
+        "“moving” boxes of the other classes are not there, as if nobody had drawn them: a "
+        "detection of a moored ship is wrong. In “moving_others_ignored” it is neither right nor "
+        "wrong. “all” asks for all five classes."
     ),
     "Only images count whose boxes a person called complete and that the detector has looked at.",
     (
@@ -27,7 +27,7 @@ COUNTING = (
         "96² px²); a crowd is ignored."
     ),
     (
-        "pycocotools never finds a box whose id is 0, and neither do these figures; `renumbered` "
+        "pycocotools never finds a box whose id is 0, and neither do these figures; “renumbered” "
         "says what they were if ids began at 1."
     ),
     "Intervals: 95 %, the images drawn anew 100 times with a fixed seed.",

@@ -131,18 +131,20 @@ def _figures(run_id: int | None, label: str, images: int, judged: Judged) -> Pos
 
 
 def _calibration(correct: Sequence[Correct]) -> Calibration:
-    of_position: list[float] = []
+    found: dict[int, list[float]] = {2: [], 3: []}
     sigmas: dict[str, list[float]] = {"heading": [], "height": []}
     for one in correct:
         pose = one.pose
         if pose.position_covariance_in_enu_m2 is not None:
             generated = BoxPose.of(pose)
             off = error_in_enu_m(generated, BoxPose.of(one.true), pose.heading_deg)
-            value = nees(off, pose.position_covariance_in_enu_m2)
-            if value is not None:
-                of_position.append(value)
+            for dimension, values in found.items():
+                part = [row[:dimension] for row in pose.position_covariance_in_enu_m2[:dimension]]
+                value = nees(off[:dimension], part)
+                if value is not None:
+                    values.append(value)
         if pose.heading_sigma_deg:
             sigmas["heading"].append(one.error.heading_deg / pose.heading_sigma_deg)
         if pose.height_sigma_m:
             sigmas["height"].append(one.error.height_m / pose.height_sigma_m)
-    return calibration(of_position, sigmas)
+    return calibration(found, sigmas)

@@ -7,7 +7,6 @@ from fastapi import APIRouter, Request, Response
 from app.auth.access import Access, Scope
 from app.dependencies import SessionDep
 from app.evaluation import selection
-from app.evaluation.answers import svg_file
 from app.evaluation.iou import iou_figures
 from app.evaluation.pages import show_in_frame
 from app.evaluation.plots import (
@@ -59,25 +58,16 @@ def show_iou(
         chosen,
         "evaluation/iou.html",
         table=table,
-        plot=_iou_plot(table, access),
+        plot=iou_plot(table, access),
         grades=GRADE_NAMES,
         rest=f"/api/v1/evaluation/iou{asked.query(**more)}",
         csv=f"/api/v1/evaluation/iou{asked.query(**more, format='csv')}",
-        svg=f"/evaluation/iou.svg{asked.query(**more)}",
+        svg=f"/api/v1/evaluation/iou.svg{asked.query(**more)}",
     )
 
 
-@router.get("/evaluation/iou.svg")
-def draw_iou(
-    session: SessionDep, access: Reader, asked: AskedDep, *, clip: Clip = True
-) -> Response:
-    """Send IoU by grade as an SVG file."""
-    chosen = selection.select(session, access, asked)
-    table = iou_out(iou_figures(session, chosen, clip=clip))
-    return svg_file("iou-by-grade", _iou_plot(table, access))
-
-
-def _iou_plot(table: IouOut, access: Access) -> Plot:
+def iou_plot(table: IouOut, access: Access) -> Plot:
+    """Draw a point for each pair, leading to its pose, and quartiles for each grade."""
     middle = {grade: (n + 0.5) / len(Grade) for n, grade in enumerate(Grade)}
     every = -(-len(table.each) // MOST_POINTS) or 1
     opens_review = access.may_anywhere(Scope.REVIEW)
@@ -132,23 +122,17 @@ def show_poses(request: Request, session: SessionDep, access: Reader, asked: Ask
         chosen,
         "evaluation/poses.html",
         table=poses_out(table),
-        plot=_pose_plot(table),
+        plot=pose_plot(table),
         errors=ERROR_NAMES,
         may_open=access.may_anywhere(Scope.REVIEW),
         rest=f"/api/v1/evaluation/poses{asked.query()}",
         csv=f"/api/v1/evaluation/poses{asked.query(format='csv')}",
-        svg=f"/evaluation/poses.svg{asked.query()}",
+        svg=f"/api/v1/evaluation/poses.svg{asked.query()}",
     )
 
 
-@router.get("/evaluation/poses.svg")
-def draw_poses(session: SessionDep, access: Reader, asked: AskedDep) -> Response:
-    """Send the shares of poses by their error as an SVG file."""
-    table = pose_table(session, selection.select(session, access, asked))
-    return svg_file("poses-against-truth", _pose_plot(table))
-
-
-def _pose_plot(table: PoseTable) -> Plot:
+def pose_plot(table: PoseTable) -> Plot:
+    """Draw the share of each run's correct matches below an error."""
     runs = [one for one in table.runs if one.add_s_m]
     reach = max((one.errors["add_s_m"].p95 for one in runs if one.errors["add_s_m"]), default=1.0)
     step = next((s for s in (0.5, 1, 2, 5, 10, 20, 50, 100) if reach <= 5 * s), 200.0)

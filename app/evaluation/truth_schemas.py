@@ -28,7 +28,8 @@ POSE_COUNTING = (
     ),
     (
         "NEES is the squared error of the centroid in units of the pose's own covariance: 3 is "
-        "right, more is too sure. Within: the share inside the 95 % the pose claims."
+        "right (2 along the water), more is too sure; a wrong height moves the centroid, too. "
+        "Within: the share inside the 95 % the pose claims."
     ),
     "The paper gives no such errors: it has no truth. Intervals: images drawn anew 200 times.",
 )
@@ -70,7 +71,9 @@ class CalibrationOut(BaseModel):
     """Whether poses know how far off they are; counts are of poses that say how sure they are."""
 
     mean_nees: float | None = Field(description="3 is right; null where no pose has a covariance")
+    mean_nees_horizontal: float | None = Field(description="Along the water alone: 2 is right")
     position_within_95: ShareOut
+    horizontal_within_95: ShareOut
     heading_within_95: ShareOut
     height_within_95: ShareOut
 
@@ -79,7 +82,9 @@ class CalibrationOut(BaseModel):
         """Take the figures."""
         return cls(
             mean_nees=one.mean_nees,
+            mean_nees_horizontal=one.mean_nees_horizontal,
             position_within_95=ShareOut.of(one.position),
+            horizontal_within_95=ShareOut.of(one.horizontal),
             heading_within_95=ShareOut.of(one.heading),
             height_within_95=ShareOut.of(one.height),
         )

@@ -220,6 +220,42 @@ def all_of(
     return list(files), list(images), list(boxes)
 
 
+def first_photograph(session: Session, site_id: int) -> int | None:
+    """Return a site's first photograph whose boxes are not complete."""
+    complete = sa.exists().where(
+        GroundTruthImage.image_id == Image.id, GroundTruthImage.is_complete
+    )
+    statement = (
+        sa.select(Image.id)
+        .where(Image.site_id == site_id, Image.deleted_at.is_(None), ~complete)
+        .order_by(Image.camera_id, Image.captured_at, Image.id)
+        .limit(1)
+    )
+    found: int | None = session.scalar(statement)
+    return found
+
+
+def next_open(session: Session, photo: Image) -> int | None:
+    """Return the next photograph of the camera whose boxes are not complete, by time."""
+    complete = sa.exists().where(
+        GroundTruthImage.image_id == Image.id, GroundTruthImage.is_complete
+    )
+    order = (Image.captured_at, Image.id)
+    statement = (
+        sa.select(Image.id)
+        .where(
+            Image.camera_id == photo.camera_id,
+            sa.tuple_(*order) > sa.tuple_(sa.literal(photo.captured_at), sa.literal(photo.id)),
+            Image.deleted_at.is_(None),
+            ~complete,
+        )
+        .order_by(*order)
+        .limit(1)
+    )
+    found: int | None = session.scalar(statement)
+    return found
+
+
 def add_images(session: Session, rows: Sequence[Mapping[str, Any]]) -> list[int]:
     """Add photographs and return their ids in order."""
     statement = sa.insert(GroundTruthImage).returning(

@@ -26,13 +26,17 @@ from app.groundtruth.schemas import (
     LinkedOut,
     LinkIn,
     LookedOut,
+    SceneImage,
+    SceneOut,
 )
 from app.ids import RowId
 from app.imagery import service as imagery
+from app.imagery.schemas import file_url, preview_url
 from app.sites import service as sites
 from app.tables.groundtruth import GroundTruthImage, VesselClass
 
 router = APIRouter(tags=["ground truth"], prefix="/ground-truth", route_class=IdempotentRoute)
+PREVIEW_PX = 1280
 Reader = Annotated[Access, allowed(Scope.READ)]
 Reviewer = Annotated[Access, allowed(Scope.REVIEW)]
 Operator = Annotated[Access, allowed(Scope.INGEST)]
@@ -180,6 +184,32 @@ def change_image(
 def _image_out(session: Session, image: GroundTruthImage, response: Response) -> ImageOut:
     set_etag(response, image.version)
     return ImageOut.of(image, len(service.boxes_of(session, image)))
+
+
+@router.get("/photographs/{image_id:int}")
+def get_scene(image_id: int, session: SessionDep, access: Reader) -> SceneOut:
+    """Return a photograph of the store with its boxes, and its neighbours in time."""
+    photo = imagery.get_image(session, image_id)
+    access.require(Scope.READ, photo.site_id)
+    image = service.drawn_in(session, photo.id)
+    boxes = [] if image is None else service.boxes_of(session, image)
+    earlier, later = imagery.neighbours(session, photo)
+    return SceneOut(
+        image=SceneImage(
+            id=photo.id,
+            file_name=photo.file_name,
+            captured_at=photo.captured_at,
+            width_px=photo.width_px,
+            height_px=photo.height_px,
+            file_url=file_url(photo),
+            preview_url=preview_url(photo, PREVIEW_PX),
+        ),
+        ground_truth=None if image is None else ImageOut.of(image, len(boxes)),
+        boxes=[BoxOut.of(box) for box in boxes],
+        earlier_id=earlier,
+        later_id=later,
+        next_open_id=service.next_open(session, photo),
+    )
 
 
 @router.get("/files")

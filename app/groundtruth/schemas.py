@@ -156,6 +156,29 @@ class ImageOut(BaseModel):
         )
 
 
+class SceneImage(BaseModel):
+    """A photograph to draw in."""
+
+    id: int
+    file_name: str
+    captured_at: datetime
+    width_px: int
+    height_px: int
+    file_url: str
+    preview_url: str
+
+
+class SceneOut(BaseModel):
+    """A photograph with the boxes in it, and where to go from it (ids of photographs)."""
+
+    image: SceneImage
+    ground_truth: ImageOut | None = Field(description="Null while nobody has drawn in it")
+    boxes: list[BoxOut]
+    earlier_id: int | None
+    later_id: int | None
+    next_open_id: int | None = Field(description="The next one whose boxes are not complete")
+
+
 class FileOut(BaseModel):
     """A COCO file that was imported, and what is left of it."""
 

@@ -132,6 +132,16 @@ def drawn_in(session: Session, image_id: int) -> GroundTruthImage | None:
     return repository.of_photograph(session, image_id)
 
 
+def first_photograph(session: Session, site_id: int) -> int | None:
+    """Return a site's first photograph whose boxes are not complete."""
+    return repository.first_photograph(session, site_id)
+
+
+def next_open(session: Session, photo: Image) -> int | None:
+    """Return the next photograph of the camera whose boxes are not complete, by time."""
+    return repository.next_open(session, photo)
+
+
 def add_box(
     session: Session,
     image: GroundTruthImage,

@@ -46,6 +46,7 @@ WITHOUT = {
     "POST /api/v1/review-queues/{queue_id}/extend": LEASE,
     "POST /api/v1/review-queues/{queue_id}/release": LEASE,
     "POST /api/v1/ground-truth/files/preview": SHOWN,
+    "POST /ground-truth/look": SHOWN,
     "PUT /api/v1/poses/{pose_id}/bookmark": OWN,
     "DELETE /api/v1/poses/{pose_id}/bookmark": OWN,
     "PUT /api/v1/images/{image_id}/bookmark": OWN,

@@ -68,6 +68,7 @@ def test_errors_are_those_of_the_poses_and_wrong_matches_are_counted(
     assert one["height_m"]["bias"] == pytest.approx(3.0)
     assert one["heading_deg"]["median"] == pytest.approx(0.0, abs=1e-5)
     assert one["calibration"]["mean_nees"] == pytest.approx(1.0)
+    assert one["calibration"]["horizontal_within_95"]["count"] == 1
     assert one["calibration"]["height_within_95"]["count"] == 0
     assert wrong_id not in {pose["pose_id"] for pose in answer.json()["worst"]}
     etag = answer.headers["ETag"]
