@@ -33,6 +33,7 @@ from app.detectors import router as detectors
 from app.evaluation import detector_pages as detector_table_pages
 from app.evaluation import detector_router as detector_table
 from app.evaluation import pages as evaluation_pages
+from app.evaluation import plot_router as plots
 from app.evaluation import projection_pages as projection_table_pages
 from app.evaluation import projection_router as projection_table
 from app.evaluation import router as evaluation
@@ -42,6 +43,7 @@ from app.exports import pages as export_pages
 from app.exports import router as exports
 from app.feeds import pages as feed_pages
 from app.feeds import router as feeds
+from app.groundtruth import pages as ground_truth_pages
 from app.groundtruth import router as ground_truth
 from app.guideline import pages as guideline_pages
 from app.guideline import router as guideline
@@ -54,11 +56,11 @@ from app.imports import router as imports
 from app.jobs import JobClient
 from app.keeping import pages as keeping_pages
 from app.keeping import router as keeping
+from app.learning import pages as learning_pages
+from app.learning import router as learning
 from app.live import pages as live_pages
 from app.live import router as live
 from app.oidc import pages as oidc_pages
-from app.learning import pages as learning_pages
-from app.learning import router as learning
 from app.oidc.provider import Provider
 from app.registration import editor_pages as registration_editor
 from app.registration import landmark_router as landmarks
@@ -103,16 +105,17 @@ REST = (
     projection_table,
     detector_table,
     truth_table,
+    plots,
     ground_truth,
     guideline,
     exports,
     clocks,
+    learning,
     live,
     retention,
     deletions,
     keeping,
 )
-    learning,
 PAGES = (
     home_pages,
     auth_pages,
@@ -138,17 +141,18 @@ PAGES = (
     projection_table_pages,
     detector_table_pages,
     truth_table_pages,
+    ground_truth_pages,
     guideline_pages,
     calibration_set_pages,
     export_pages,
     clock_pages,
+    learning_pages,
     live_pages,
     retention_pages,
     deletion_pages,
     keeping_pages,
 )
 
-    learning_pages,
 
 def create_app(settings: Settings | None = None) -> FastAPI:
     """Build the web application. Raises when a route forgot to declare its permission."""
