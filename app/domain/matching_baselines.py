@@ -60,15 +60,16 @@ def match_on_water(
     taking_part = [i for i, d in enumerate(detections) if d.score >= settings.score_threshold]
     if not taking_part or not candidates:
         return []
+    there = OnWater.of([detections[i] for i in taking_part], candidates, camera)
     nearest = settings.matching is MatchingMethod.LU_2021
-    rows = [
-        [_cost(detections[i], candidate, camera, nearest=nearest) for candidate in candidates]
-        for i in taking_part
-    ]
-    weights = np.array([[cost.total for cost in row] for row in rows])
+    weights = (
+        np.maximum(there.share_of_range / FARTHEST_SHARE, there.bearing_deg / FARTHEST_DEG)
+        if nearest
+        else there.distance_m / FARTHEST_M
+    )
     chosen = _greedy(weights) if nearest else _assigned(weights)
     return [
-        GroundPair(taking_part[row], column, rows[row][column])
+        GroundPair(taking_part[row], column, there.cost(row, column, weights[row, column]))
         for row, column in sorted(chosen)
         if weights[row, column] <= 1
     ]
@@ -76,48 +77,48 @@ def match_on_water(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OnWater:
-    """Where a detection stands on the water against a vessel: `off_m` (2,) is east and north."""
+    """Where d detections stand on the water against c vessels; endless where not on the water.
+
+    `off_m` (d, c, 2) is east and north of the vessel's middle; the others are (d, c).
+    """
 
     off_m: FloatArray
-    distance_m: float
-    bearing_deg: float
-    share_of_range: float
+    distance_m: FloatArray
+    bearing_deg: FloatArray
+    share_of_range: FloatArray
 
+    @classmethod
+    def of(
+        cls, detections: Sequence[Detection], candidates: Sequence[Candidate], camera: Camera
+    ) -> "OnWater":
+        """Meet the water at each vessel's level with the lines of sight to lower edges."""
+        lower = np.array([((d.x1_px + d.x2_px) / 2, d.y2_px) for d in detections]) - HALF_PIXEL
+        segments = [candidate.segment for candidate in candidates]
+        enu = np.array([s.enu_axes_in_world for s in segments]).reshape(-1, 3, 3)
+        middle = np.array([s.corners_in_world for s in segments]).reshape(-1, 4, 3).mean(axis=1)
+        vessel = (enu @ (middle - camera.center_in_world)[..., None])[..., 0]
+        direction = np.einsum("cij,dj->dci", enu, camera.rays(lower))
+        meets = direction[..., 2] * vessel[:, 2] > 0
+        far = vessel[:, 2] / np.where(meets, direction[..., 2], vessel[:, 2])
+        point = (direction * far[..., None])[..., :2]
+        off = point - vessel[:, :2]
+        turn = np.degrees(
+            np.arctan2(point[..., 0], point[..., 1]) - np.arctan2(vessel[:, 0], vessel[:, 1])
+        )
+        away = np.hypot(*vessel[:, :2].T)
+        share = np.abs(np.hypot(point[..., 0], point[..., 1]) - away) / away
+        return cls(
+            off_m=np.where(meets[..., None], off, np.inf),
+            distance_m=np.where(meets, np.hypot(off[..., 0], off[..., 1]), np.inf),
+            bearing_deg=np.where(meets, np.abs((turn + 180) % 360 - 180), 180.0),
+            share_of_range=np.where(meets, share, np.inf),
+        )
 
-def on_water(detection: Detection, candidate: Candidate, camera: Camera) -> OnWater | None:
-    """Meet the water at a vessel's level with the line of sight to a detection's lower edge.
-
-    None where they do not meet.
-    """
-    middle = np.array([(detection.x1_px + detection.x2_px) / 2, detection.y2_px]) - HALF_PIXEL
-    enu = candidate.segment.enu_axes_in_world
-    vessel = enu @ (candidate.segment.corners_in_world.mean(axis=0) - camera.center_in_world)
-    direction = enu @ camera.rays(middle[None])[0]
-    if not direction[2] * vessel[2] > 0:
-        return None
-    point = direction * (vessel[2] / direction[2])
-    off = (point - vessel)[:2]
-    turn = np.degrees(np.arctan2(point[0], point[1]) - np.arctan2(vessel[0], vessel[1]))
-    away_m = float(np.hypot(*vessel[:2]))
-    return OnWater(
-        off_m=off,
-        distance_m=float(np.hypot(*off)),
-        bearing_deg=float(abs((turn + 180) % 360 - 180)),
-        share_of_range=abs(float(np.hypot(*point[:2])) - away_m) / away_m,
-    )
-
-
-def _cost(
-    detection: Detection, candidate: Candidate, camera: Camera, *, nearest: bool
-) -> GroundCost:
-    """Compare a detection with a vessel; endless where it is not on the water."""
-    there = on_water(detection, candidate, camera)
-    if there is None:
-        return GroundCost(float("inf"), float("inf"), 180.0)
-    total = there.distance_m / FARTHEST_M
-    if nearest:
-        total = max(there.share_of_range / FARTHEST_SHARE, there.bearing_deg / FARTHEST_DEG)
-    return GroundCost(total, there.distance_m, there.bearing_deg)
+    def cost(self, row: int, column: int, total: float) -> GroundCost:
+        """Return what one pair costs, with how far apart its ends are."""
+        return GroundCost(
+            float(total), float(self.distance_m[row, column]), float(self.bearing_deg[row, column])
+        )
 
 
 def _greedy(weights: FloatArray) -> list[tuple[int, int]]:

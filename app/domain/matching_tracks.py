@@ -9,7 +9,8 @@ are left out: all methods here get the same boxes, the same camera and our track
 is the mean over its boxes; limits are ours, chosen for the fewest errors on simulated traffic.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from app.domain.candidates import Candidate
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
 from app.domain.image_series import split_series
 from app.domain.image_tracks import Sample, image_tracks
-from app.domain.matching_baselines import GroundCost, GroundPair, OnWater, on_water
+from app.domain.matching_baselines import GroundPair, OnWater
 from app.domain.seen_boxes import Scene
 from app.domain.track_votes import assign_tracks
 from app.domain.waterplane import M_PER_S_PER_KN
@@ -27,6 +28,7 @@ from app.domain.waterplane import M_PER_S_PER_KN
 FARTHEST_M = 60.0  # Huang 2021
 LATEST_S = 25.0  # Qu 2022: from when AIS has the vessel at that place
 FARTHEST_ASIDE_M = 45.0  # of its course
+_NOWHERE_M = 1e9
 _SLOWEST_M_S = 1.5  # a vessel at rest arrives nowhere
 
 
@@ -60,19 +62,15 @@ def _of_series(
     if not tracks or not names:
         return []
     number = {name: index for index, name in enumerate(names)}
-    compared = [
-        [_compare(camera, scenes[image], detection, settings) for image, detection in track]
-        for track in tracks
-    ]
-    cost = np.array([_mean_cost(boxes, number) for boxes in compared])
+    shown = {image for track in tracks for image, _ in track}
+    compared = {image: _compare(camera, scenes[image], number, settings) for image in shown}
+    cost = np.array([_mean_cost(track, compared) for track in tracks])
     given = assign_tracks(1 - cost, _together(tracks))
     return [
-        (image, GroundPair(detection, candidate, GroundCost(cost[row, given[row]], *where)))
+        (image, compared[image].pair(detection, given[row], cost[row, given[row]]))
         for row, track in enumerate(tracks)
         if given[row] >= 0
-        for (image, detection), box in zip(track, compared[row], strict=True)
-        for name, (candidate, _, *where) in box.items()
-        if number[name] == given[row]
+        for image, detection in track
     ]
 
 
@@ -93,40 +91,53 @@ def _tracks(
     return [[(images[number], index) for number, index in track] for track in found]
 
 
-# By vessel: the candidate's index, its cost, and how far the box is from it (m, deg).
-Compared = dict[str, tuple[int, float, float, float]]
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """An image's detections (rows) against all vessels of the series by number (columns).
+
+    `cost` is endless for vessels that are no candidates here; `candidate_of` finds the others.
+    """
+
+    cost: FloatArray
+    candidate_of: Mapping[int, int]
+    there: OnWater
+
+    def pair(self, detection: int, vessel: int, total: float) -> GroundPair:
+        """Return the pair of a detection and a vessel that is a candidate."""
+        candidate = self.candidate_of[vessel]
+        return GroundPair(detection, candidate, self.there.cost(detection, candidate, total))
 
 
-def _compare(camera: Camera, scene: Scene, detection: int, settings: FusionSettings) -> Compared:
+def _compare(
+    camera: Camera, scene: Scene, number: Mapping[str, int], settings: FusionSettings
+) -> _Compared:
+    vessels = [number[candidate.state.identifier] for candidate in scene.candidates]
+    cost = np.full((len(scene.detections), len(number)), np.inf)
+    there = OnWater.of(scene.detections, scene.candidates, camera)
     huang = settings.matching is MatchingMethod.HUANG_2021
-    compared: Compared = {}
-    for index, candidate in enumerate(scene.candidates):
-        there = on_water(scene.detections[detection], candidate, camera)
-        if there is None:
-            continue
-        cost = there.distance_m / FARTHEST_M if huang else _arrival_cost(there, candidate)
-        name = candidate.state.identifier
-        compared[name] = (index, cost, there.distance_m, there.bearing_deg)
-    return compared
+    cost[:, vessels] = (
+        there.distance_m / FARTHEST_M if huang else _arrival_cost(there, scene.candidates)
+    )
+    return _Compared(cost, {vessel: index for index, vessel in enumerate(vessels)}, there)
 
 
-def _arrival_cost(there: OnWater, candidate: Candidate) -> float:
-    """Return how much earlier or later AIS has a vessel at a place, in share of the limits."""
-    state, segment = candidate.state, candidate.segment
-    forward = (segment.enu_axes_in_world @ segment.vessel_axes_in_world[0])[:2]
-    along = abs(float(there.off_m @ forward))
-    aside = abs(float(there.off_m[0] * forward[1] - there.off_m[1] * forward[0]))
-    late_s = along / max(state.speed_kn * M_PER_S_PER_KN, _SLOWEST_M_S)
-    return max(late_s / LATEST_S, aside / FARTHEST_ASIDE_M)
+def _arrival_cost(there: OnWater, candidates: Sequence[Candidate]) -> FloatArray:
+    """Return how much earlier or later AIS has vessels at places, in share of the limits."""
+    segments = [candidate.segment for candidate in candidates]
+    ahead = [(s.enu_axes_in_world @ s.vessel_axes_in_world[0])[:2] for s in segments]
+    forward = np.array(ahead).reshape(-1, 2)
+    speeds = [candidate.state.speed_kn * M_PER_S_PER_KN for candidate in candidates]
+    off = np.nan_to_num(there.off_m, posinf=_NOWHERE_M)
+    along = np.abs((off * forward).sum(axis=2))
+    aside = np.abs(off[..., 0] * forward[:, 1] - off[..., 1] * forward[:, 0])
+    late_s = along / np.maximum(speeds, _SLOWEST_M_S)
+    return np.asarray(np.maximum(late_s / LATEST_S, aside / FARTHEST_ASIDE_M))
 
 
-def _mean_cost(boxes: Sequence[Compared], number: dict[str, int]) -> FloatArray:
+def _mean_cost(track: Sequence[Sample], compared: Mapping[int, _Compared]) -> FloatArray:
     """Return a track's mean cost of each vessel; endless where it is missing in an image."""
-    costs = np.full((len(boxes), len(number)), np.inf)
-    for row, box in enumerate(boxes):
-        for name, (_, cost, *_) in box.items():
-            costs[row, number[name]] = cost
-    return np.asarray(costs.mean(axis=0))
+    costs = [compared[image].cost[detection] for image, detection in track]
+    return np.asarray(np.mean(costs, axis=0))
 
 
 def _together(tracks: Sequence[Sequence[Sample]]) -> BoolArray:
