@@ -21,6 +21,7 @@ from app.admin.people_schemas import (
 from app.auth import links, mailed_links, second_factor, service, users
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
+from app.auth.versions import check_if_match
 from app.config import Settings
 from app.dependencies import JobsDep, Page, SessionDep, SettingsDep, public_address
 from app.errors import Invalid
@@ -91,10 +92,11 @@ def reset_password(
 
 @router.put("/users/{user_id}/second-factor")
 def change_second_factor(
-    user_id: int, data: FactorIn, session: SessionDep, access: Administrator
+    user_id: int, data: FactorIn, request: Request, session: SessionDep, access: Administrator
 ) -> FactorOut:
     """Demand a second factor of a person, demand it no longer, or take away a lost one."""
     user = users.user_for(session, access, user_id)
+    check_if_match(request, user.version)
     if data.wanted is FactorWish.RESET:
         second_factor.reset(session, access, user)
     else:

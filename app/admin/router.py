@@ -11,7 +11,7 @@ from app.auth import users
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
 from app.auth.schemas import UserIn, UserOut, UserPatch
-from app.auth.versions import check_if_match, set_etag
+from app.auth.versions import check_if_match, heed_if_match, set_etag
 from app.dependencies import Page, PagingDep, SessionDep
 from app.reviews import queues
 from app.tables.identity import User
@@ -77,9 +77,10 @@ def update_user(
 
 
 @router.delete("/users/{user_id}", status_code=204, tags=["users"])
-def remove_user(user_id: int, session: SessionDep, access: Administrator) -> None:
+def remove_user(user_id: int, request: Request, session: SessionDep, access: Administrator) -> None:
     """Remove a person; what they made stays. The last administrator cannot be removed."""
     user = users.user_for(session, access, user_id)
+    heed_if_match(request, user.version)
     queues.let_go(session, user.id)
     users.remove_user(session, user, access=access)
 

@@ -1,7 +1,8 @@
 """Edits of shared objects say which version they are based on, so that none undoes another's.
 
 A read answers with `ETag: "<version>"`; an edit sends it back in `If-Match`. Without the header the
-answer is 428, with a stale one 412.
+answer is 428, with a stale one 412. A removal or a switch does what its caller wants of whatever is
+there; `If-Match` may be left out, and is heeded where it is sent.
 """
 
 from fastapi import Request, Response
@@ -17,6 +18,12 @@ def etag(version: int) -> str:
 def set_etag(response: Response, version: int) -> None:
     """Tell the reader which version it got."""
     response.headers["ETag"] = etag(version)
+
+
+def heed_if_match(request: Request, version: int) -> None:
+    """Compare versions where the caller sends one. Raises PreconditionFailed when it is stale."""
+    if "if-match" in request.headers:
+        check_if_match(request, version)
 
 
 def check_if_match(request: Request, version: int) -> None:

@@ -2,10 +2,11 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Query, Response
+from fastapi import APIRouter, Body, Query, Request, Response
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
+from app.auth.versions import heed_if_match
 from app.dependencies import (
     DatabaseDep,
     Page,
@@ -75,22 +76,29 @@ def add_folder(
 
 
 @router.post("/watched-folders/{folder_id:int}/pause")
-def pause_folder(folder_id: int, session: SessionDep, access: Ingester) -> FolderOut:
+def pause_folder(
+    folder_id: int, request: Request, session: SessionDep, access: Ingester
+) -> FolderOut:
     """Watch a folder no longer for a while."""
+    heed_if_match(request, actions.folder_for(session, access, folder_id).version)
     row = actions.pause_folder(session, access, folder_id, paused=True)
     return FolderOut.of(row, dict(folders.counts(session, row.id)))
 
 
 @router.post("/watched-folders/{folder_id:int}/resume")
-def resume_folder(folder_id: int, session: SessionDep, access: Ingester) -> FolderOut:
+def resume_folder(
+    folder_id: int, request: Request, session: SessionDep, access: Ingester
+) -> FolderOut:
     """Watch a folder again."""
+    heed_if_match(request, actions.folder_for(session, access, folder_id).version)
     row = actions.pause_folder(session, access, folder_id, paused=False)
     return FolderOut.of(row, dict(folders.counts(session, row.id)))
 
 
 @router.delete("/watched-folders/{folder_id:int}", status_code=204)
-def remove_folder(folder_id: int, session: SessionDep, access: Ingester) -> None:
+def remove_folder(folder_id: int, request: Request, session: SessionDep, access: Ingester) -> None:
     """Forget a folder; the images that came from it stay."""
+    heed_if_match(request, actions.folder_for(session, access, folder_id).version)
     actions.remove_folder(session, access, folder_id)
 
 
@@ -108,18 +116,27 @@ def add_standing_run(data: StandingIn, session: SessionDep, access: Ingester) ->
 
 
 @router.post("/standing-runs/{standing_id:int}/pause")
-def pause_standing_run(standing_id: int, session: SessionDep, access: Ingester) -> StandingOut:
+def pause_standing_run(
+    standing_id: int, request: Request, session: SessionDep, access: Ingester
+) -> StandingOut:
     """Leave new images alone for a while."""
+    heed_if_match(request, actions.standing_for(session, access, standing_id).version)
     return StandingOut.of(actions.pause_standing(session, access, standing_id, paused=True))
 
 
 @router.post("/standing-runs/{standing_id:int}/resume")
-def resume_standing_run(standing_id: int, session: SessionDep, access: Ingester) -> StandingOut:
+def resume_standing_run(
+    standing_id: int, request: Request, session: SessionDep, access: Ingester
+) -> StandingOut:
     """Go on, with what came meanwhile."""
+    heed_if_match(request, actions.standing_for(session, access, standing_id).version)
     return StandingOut.of(actions.pause_standing(session, access, standing_id, paused=False))
 
 
 @router.delete("/standing-runs/{standing_id:int}", status_code=204)
-def remove_standing_run(standing_id: int, session: SessionDep, access: Ingester) -> None:
+def remove_standing_run(
+    standing_id: int, request: Request, session: SessionDep, access: Ingester
+) -> None:
     """End a standing run; its run and poses stay."""
+    heed_if_match(request, actions.standing_for(session, access, standing_id).version)
     actions.remove_standing(session, access, standing_id)

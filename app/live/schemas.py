@@ -35,6 +35,7 @@ class FolderOut(BaseModel):
     paused_at: datetime | None
     looked_at: datetime | None
     trouble: str | None
+    version: int
     files: dict[str, int]
 
     @classmethod
@@ -74,6 +75,7 @@ class StandingOut(BaseModel):
     paused_at: datetime | None
     looked_at: datetime | None
     trouble: str | None
+    version: int
 
     @classmethod
     def of(cls, row: StandingRun) -> Self:

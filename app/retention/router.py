@@ -2,10 +2,11 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
+from app.auth.versions import heed_if_match
 from app.dependencies import Page, SessionDep
 from app.retention import actions, service
 from app.retention.schemas import RuleIn, RuleOut
@@ -32,20 +33,27 @@ def add_rule(site_id: int, data: RuleIn, session: SessionDep, access: Administra
 
 
 @router.post("/retention-rules/{rule_id:int}/on")
-def switch_on(rule_id: int, session: SessionDep, access: Administrator) -> RuleOut:
+def switch_on(
+    rule_id: int, request: Request, session: SessionDep, access: Administrator
+) -> RuleOut:
     """Switch a rule on: a worker applies it every day."""
+    heed_if_match(request, actions.rule_for(session, access, rule_id).version)
     row = actions.switch(session, access, rule_id, on=True)
     return RuleOut.of(row, service.preview(session, row))
 
 
 @router.post("/retention-rules/{rule_id:int}/off")
-def switch_off(rule_id: int, session: SessionDep, access: Administrator) -> RuleOut:
+def switch_off(
+    rule_id: int, request: Request, session: SessionDep, access: Administrator
+) -> RuleOut:
     """Switch a rule off."""
+    heed_if_match(request, actions.rule_for(session, access, rule_id).version)
     row = actions.switch(session, access, rule_id, on=False)
     return RuleOut.of(row, service.preview(session, row))
 
 
 @router.delete("/retention-rules/{rule_id:int}", status_code=204)
-def remove_rule(rule_id: int, session: SessionDep, access: Administrator) -> None:
+def remove_rule(rule_id: int, request: Request, session: SessionDep, access: Administrator) -> None:
     """Remove a rule."""
+    heed_if_match(request, actions.rule_for(session, access, rule_id).version)
     actions.remove(session, access, rule_id)

@@ -36,6 +36,7 @@ class RuleOut(BaseModel):
     is_active: bool
     applied_at: datetime | None
     applied_count: int | None
+    version: int
     would_go: int
 
     @classmethod

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, set_etag
+from app.auth.versions import check_if_match, heed_if_match, set_etag
 from app.dependencies import PagingDep, SessionDep
 from app.identities import service as identities
 from app.ids import RowId
@@ -148,9 +148,10 @@ def change_missed(
 
 
 @router.delete("/missed-vessels/{missed_id}", status_code=204)
-def delete_missed(missed_id: int, session: SessionDep, access: Reviewer) -> None:
+def delete_missed(missed_id: int, request: Request, session: SessionDep, access: Reviewer) -> None:
     """Unmark a missed vessel."""
     missed = _missed(session, access, Scope.REVIEW, missed_id)
+    heed_if_match(request, missed.version)
     record(
         session,
         access,

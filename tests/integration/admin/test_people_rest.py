@@ -78,7 +78,11 @@ def test_second_factor_identity_and_work_are_an_administrators_to_change(
     at = f"/api/v1/users/{person.id}"
     assert client.get(at).json()["has_second_factor"] is True
     answers = [
-        client.put(f"{at}/second-factor", json={"wanted": wanted}).json()
+        client.put(
+            f"{at}/second-factor",
+            json={"wanted": wanted},
+            headers={"If-Match": client.get(at).headers["ETag"]},
+        ).json()
         for wanted in ("demand", "reset")
     ]
     assert answers == [

@@ -69,9 +69,17 @@ def filled(path: str, ids: dict[str, int]) -> str:
     return PLACE.sub(lambda match: str(ids[match[1]]), path)
 
 
-def send(client: TestClient, app: FastAPI, call: Call, ids: dict[str, int]) -> httpx2.Response:
+def send(
+    client: TestClient,
+    app: FastAPI,
+    call: Call,
+    ids: dict[str, int],
+    *,
+    version: int | None = 1,
+) -> httpx2.Response:
     """Send a request as the OpenAPI document describes it, with the given ids wherever they go."""
-    arguments: dict[str, Any] = {"headers": {"If-Match": '"1"'}}
+    headers = {} if version is None else {"If-Match": f'"{version}"'}
+    arguments: dict[str, Any] = {"headers": headers}
     operation = _operation(app, call)
     query = {
         part["name"]: ids[part["name"]]
