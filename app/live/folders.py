@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from app.db import now
 from app.errors import Conflict, Invalid, NotFound
 from app.live import repository
-from app.live.repository import KnownFile
+from app.live.known_file import KnownFile
 from app.tables.live import WatchedFile, WatchedFolder
 from app.tables.sites import Camera
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
-from typing import NamedTuple
 
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, joinedload
 
 from app.db import find
+from app.live.known_file import KnownFile
 from app.paging import Paging, fetch_page
 from app.tables.ais import AisPosition
 from app.tables.live import StandingRun, WatchedFile, WatchedFileStatus, WatchedFolder
@@ -45,15 +45,6 @@ def folder_noted(session: Session, folder_id: int, at: datetime, trouble: str | 
         .values(looked_at=at, trouble=trouble)
         .execution_options(synchronize_session=False)
     )
-
-
-class KnownFile(NamedTuple):
-    """A file as it was when last looked at, and what became of it."""
-
-    size_bytes: int
-    modified_ns: int
-    status: WatchedFileStatus
-    reason: str | None = None
 
 
 def files(session: Session, folder_id: int) -> Mapping[str, KnownFile]:

@@ -12,7 +12,7 @@ from app.db import Database
 from app.errors import AppError, StorageFull
 from app.imagery.service import Upload, store_image
 from app.live import folders
-from app.live.repository import KnownFile
+from app.live.known_file import KnownFile
 from app.storage import Storage
 from app.tables.live import WatchedFileStatus, WatchedFolder
 from worker.leases import Held, confirm
