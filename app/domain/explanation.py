@@ -36,6 +36,8 @@ def _of_image(pairing: PairEvidence, worth: FloatArray, good: IntArray) -> IntAr
     boxes = pairing.boxes
     while len(good):
         found = _cheapest(pairing, worth, good)
+        if not boxes.entangled[pairing.scene[good[0]]]:
+            return found
         row = pairing.row[found]
         # What may be a part shows another vessel only where that is sure.
         part = boxes.parts(row) & (worth[found] < _SURE_ODDS)[:, None]
@@ -52,9 +54,9 @@ def _cheapest(pairing: PairEvidence, worth: FloatArray, good: IntArray) -> IntAr
     """Return the pairs of the assignment with the largest worth together."""
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - keeps the web process small
 
-    rows, row = np.unique(pairing.row[good], return_inverse=True)
-    columns, column = np.unique(pairing.candidate[good], return_inverse=True)
-    matrix = np.zeros((len(rows), len(columns)))
+    # The boxes of an image stand together.
+    row, column = pairing.row[good] - pairing.row[good].min(), pairing.candidate[good]
+    matrix = np.zeros((row.max() + 1, column.max() + 1))
     matrix[row, column] = -worth[good]
     number = np.full(matrix.shape, -1)
     number[row, column] = good

@@ -39,7 +39,8 @@ class SeenBoxes:
     """Boxes of all images: left, right, lower edges (n, 3), sizes (n, 2), which are cut (n, 3).
 
     Those of an image stand together: its detections, then boxes around what may be hulls of one
-    unit. `members` are the detections in each, by their place in the image.
+    unit. `members` are the detections in each, by their place in the image; `entangled` tells of
+    each image whether any of its boxes may be hulls or parts of another.
     """
 
     all: Sequence[Detection]
@@ -49,6 +50,7 @@ class SeenBoxes:
     size_px: FloatArray
     cut: BoolArray
     is_unit: BoolArray
+    entangled: Sequence[bool]
     edge_sigma_px: float
 
     @classmethod
@@ -56,7 +58,7 @@ class SeenBoxes:
         """Take the detections of all images that are good enough, and what units they may make."""
         every: list[Detection] = []
         members: list[tuple[int, ...]] = []
-        counts = []
+        counts, entangled = [], []
         for scene in scenes:
             before = len(every)
             kept = [
@@ -70,6 +72,7 @@ class SeenBoxes:
             members += [(index,) for index in kept]
             members += [tuple(kept[hull] for hull in hulls) for _, hulls in units]
             counts.append(len(every) - before)
+            entangled.append(bool(units) or bool(parts_of(good).any()))
         cuts = [cut_edges(d, camera.intrinsics, settings.border_tolerance_px) for d in every]
         edges = np.array([(d.x1_px, d.x2_px, d.y2_px) for d in every]).reshape(-1, 3)
         return cls(
@@ -80,6 +83,7 @@ class SeenBoxes:
             size_px=np.array([(d.x2_px - d.x1_px, d.y2_px - d.y1_px) for d in every]),
             cut=np.array([(cut.left, cut.right, cut.bottom) for cut in cuts]),
             is_unit=np.array([len(hulls) > 1 for hulls in members], dtype=bool),
+            entangled=entangled,
             edge_sigma_px=settings.box_sigma_px,
         )
 
