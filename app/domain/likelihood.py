@@ -107,10 +107,11 @@ def match_by_likelihood(
     if settings.matching is MatchingMethod.TRACK_VOTES and times_s is not None:
         worth, allowed = _voted(pairing, worth, times_s, settings)
         taken = explained(pairing, np.where(allowed, worth, -np.inf))
-    for index in taken:
+    certain = _probabilities(pairing, worth, taken)
+    for index, probability in zip(taken.tolist(), certain.tolist(), strict=True):
         scene = scenes[pairing.scene[index]]
-        pair = _pair(pairing, judged, worth, int(index), scene, camera)
-        chosen[pairing.scene[index]].append(pair)
+        odds = _odds(pairing, judged, index, float(worth[index]), probability)
+        chosen[pairing.scene[index]].append(_pair(pairing, index, odds, scene, camera))
     return [sorted(pairs, key=lambda pair: pair.detection) for pairs in chosen]
 
 
@@ -189,29 +190,38 @@ def _shared(
     return found @ (weighted @ residual[..., None]).sum(axis=0)[:, 0], found
 
 
-def _pair(
-    pairing: PairEvidence,
-    judged: _Judged,
-    worth: FloatArray,
-    index: int,
-    scene: Scene,
-    camera: Camera,
-) -> LikelyPair:
-    """Say how sure one pair is."""
-    boxes, row = pairing.boxes, pairing.row[index]
-    rivals = CERTAINTY * worth[pairing.row == row]
-    every = float(np.logaddexp.reduce([0.0, *rivals]))
+def _probabilities(pairing: PairEvidence, worth: FloatArray, taken: IntArray) -> FloatArray:
+    """Return how probable some pairs are among all vessels for their boxes, and none."""
+    tempered = CERTAINTY * worth
+    every = np.zeros(len(pairing.boxes.all))
+    np.logaddexp.at(every, pairing.row, tempered)
+    return np.asarray(np.exp(tempered[taken] - every[pairing.row[taken]]))
+
+
+def _odds(
+    pairing: PairEvidence, judged: _Judged, index: int, log_odds: float, probability: float
+) -> Odds:
+    """Say how sure one pair is, and why."""
     sigmas = [
-        float(abs(value)) if used else None
-        for value, used in zip(judged.sigmas[index], pairing.used[index], strict=True)
+        abs(value) if used else None
+        for value, used in zip(
+            judged.sigmas[index].tolist(), pairing.used[index].tolist(), strict=True
+        )
     ]
-    own = float(worth[index])
-    candidate = int(pairing.candidate[index])
+    return Odds(log_odds, probability, *sigmas)
+
+
+def _pair(
+    pairing: PairEvidence, index: int, odds: Odds, scene: Scene, camera: Camera
+) -> LikelyPair:
+    """Name the two ends of a pair."""
+    row, candidate = int(pairing.row[index]), int(pairing.candidate[index])
+    members = pairing.boxes.members[row]
     return LikelyPair(
-        detection=_with_antenna(scene, boxes.members[row], scene.candidates[candidate], camera),
+        detection=_with_antenna(scene, members, scene.candidates[candidate], camera),
         candidate=candidate,
-        cost=Odds(own, float(np.exp(CERTAINTY * own - every)), *sigmas),
-        box=boxes.all[row],
+        cost=odds,
+        box=pairing.boxes.all[row],
     )
 
 
