@@ -94,8 +94,9 @@ def main() -> None:
     print(f"{'':<32}{'right':>6}{'wrong':>6}   " + "".join(f"{name:<28}" for name in names))
     for name in METHODS:
         print(row(name, [of[name] for of in judged]))
-    paper, *_, ours = ([of[name] for of in judged] for name in METHODS)
-    print(f"wrong matches, ours in share of the paper's: {fewer(ours, paper)}")
+    paper, *_, likelihood, votes = ([of[name] for of in judged] for name in METHODS)
+    for name, ours in (("likelihood", likelihood), ("track votes", votes)):
+        print(f"wrong matches of {name} in share of the paper's: {fewer(ours, paper)}")
     print(f"took {time.monotonic() - begun:.0f} s")
 
 
