@@ -5,11 +5,13 @@ images are drawn. Nothing is matched again: an image that is drawn twice counts 
 come from a fixed seed, so the same data has the same interval every time it is asked for.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from app.domain.arrays import FloatArray, IntArray
+from app.domain.arrays import BoolArray, FloatArray, IntArray
 from app.domain.average_precision import RECALL_LEVELS, Outcome
 
 DRAWS = 100
@@ -34,9 +36,15 @@ def precision_intervals(
     if not outcome.wanted.sum():
         return None
     random = np.random.default_rng(seed)
+    rows = [
+        _Row(np.flatnonzero(right), ignored if ignored.any() else None)
+        for right, ignored in zip(outcome.is_right, outcome.is_ignored, strict=True)
+    ]
     figures = np.array(
         [
-            _drawn(outcome, np.bincount(random.integers(images, size=images), minlength=images))
+            _drawn(
+                outcome, rows, np.bincount(random.integers(images, size=images), minlength=images)
+            )
             for _ in range(draws)
         ]
     )
@@ -45,18 +53,25 @@ def precision_intervals(
     return PrecisionIntervals(ap, ap50, ar100)
 
 
-def _drawn(outcome: Outcome, times: IntArray) -> tuple[float, float, float]:
+class _Row(NamedTuple):
+    """Of a threshold: where the right detections stand, and which are ignored, None for none."""
+
+    right: IntArray
+    ignored: BoolArray | None
+
+
+def _drawn(outcome: Outcome, rows: Sequence[_Row], times: IntArray) -> tuple[float, float, float]:
     """Return AP, AP at 0.5 and AR with each image counted so many times."""
     boxes = float(times @ outcome.wanted)
     if not boxes:
         return np.nan, np.nan, np.nan
     weight = times[outcome.image].astype(np.float64)
+    everything = np.cumsum(weight)
     averages, recalls = [], []
-    for right, ignored in zip(outcome.is_right, outcome.is_ignored, strict=True):
-        at = np.flatnonzero(right)
-        counted = np.cumsum(np.where(ignored, 0.0, weight))[at]
-        found = np.cumsum(weight[at])
-        averages.append(_average(found, counted, boxes))
+    for right, ignored in rows:
+        counted = everything if ignored is None else np.cumsum(np.where(ignored, 0.0, weight))
+        found = np.cumsum(weight[right])
+        averages.append(_average(found, counted[right], boxes))
         recalls.append(found[-1] / boxes if len(found) else 0.0)
     return float(np.mean(averages)), averages[0], float(np.mean(recalls))
 
