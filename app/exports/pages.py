@@ -12,12 +12,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
-from app.dependencies import JobsDep, SessionDep
+from app.dependencies import DatabaseDep, JobsDep, SessionDep
 from app.exports import service
+from app.exports.actions import cancel
 from app.exports.filters import ExportFilters, ExportOptions
 from app.exports.formats import FORMATS
 from app.exports.identities import REMAINS
-from app.exports.rights import exportable_sites, own_export, owner_filter
+from app.exports.rights import exportable_sites, owner_filter
 from app.exports.schemas import pace
 from app.paging import Paging
 from app.runs import service as runs
@@ -130,11 +131,11 @@ def request_export(
 
 
 @router.post("/exports/{export_id:int}/cancel")
-def cancel_export(export_id: int, session: SessionDep, jobs: JobsDep, access: Exporter) -> Response:
+def cancel_export(
+    export_id: int, database: DatabaseDep, jobs: JobsDep, access: Exporter
+) -> Response:
     """Stop an export and show the list."""
-    export = own_export(session, access, export_id)
-    service.cancel_export(session, jobs, export)
-    record(session, access, "cancel", "export", export.id)
+    cancel(database, jobs, access, export_id)
     return RedirectResponse("/exports", status_code=303)
 
 

@@ -88,7 +88,7 @@ class Reading:
             end = start + POSES_AT_ONCE
             images = np.unique(self.chosen.image_ids[start:end]).tolist()
             for pose in self._records(ids[start:end].tolist(), images):
-                grades[pose.review and pose.review.grade] += 1
+                grades[None if pose.review is None else pose.review.grade] += 1
                 yield pose
             self._context.advanced(min(end, len(ids)))
         self.grades = grades
@@ -181,7 +181,15 @@ class Reading:
                 detail[0],
                 rotation,
                 detail[1],
-                *row[10:19],
+                row[10],
+                row[11],
+                row[12],
+                row[13],
+                row[14],
+                row[15],
+                row[16],
+                row[17],
+                row[18],
                 detail[2],
                 detail[3],
                 detail[4],

@@ -78,7 +78,8 @@ def pose_rows(session: Session, pose_ids: Sequence[int]) -> Sequence[Any]:
     """Return poses with boxes, costs and states, in the order of their ids."""
     found: Any = session.execute(_POSE_ROWS.where(among(_poses.id, pose_ids)).order_by(_poses.id))
     # The driver's own tuples: no column of these needs to be converted.
-    return found.cursor.fetchall()  # type: ignore[no-any-return]  the driver's
+    rows: Sequence[Any] = found.cursor.fetchall()
+    return rows
 
 
 def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]:

@@ -13,9 +13,10 @@ from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
 from app.delivery import immutable_headers, is_known, not_modified, send_stream, wanted_part
-from app.dependencies import JobsDep, PagingDep, SessionDep, StorageDep
+from app.dependencies import DatabaseDep, JobsDep, PagingDep, SessionDep, StorageDep
 from app.errors import Conflict
 from app.exports import service
+from app.exports.actions import cancel
 from app.exports.filters import ExportOptions
 from app.exports.formats import file_kind
 from app.exports.rights import (
@@ -69,13 +70,10 @@ def get_export(
 
 @router.post("/exports/{export_id}/cancel")
 def cancel_export(
-    export_id: int, session: SessionDep, jobs: JobsDep, access: Exporter
+    export_id: int, database: DatabaseDep, jobs: JobsDep, access: Exporter
 ) -> ExportOut:
     """Stop an export that waits or is being written; 409 for one that has ended."""
-    export = own_export(session, access, export_id)
-    service.cancel_export(session, jobs, export)
-    record(session, access, "cancel", "export", export.id)
-    return ExportOut.of(export)
+    return ExportOut.of(cancel(database, jobs, access, export_id))
 
 
 @router.get("/exports/{export_id}/manifest")

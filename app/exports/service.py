@@ -108,13 +108,15 @@ def sites_of(session: Session, filters: ExportFilters) -> Iterator[tuple[str, in
                 yield f"filters.{name}", site_id_of(given)
 
 
-def cancel_export(session: Session, jobs: JobClient, export: Export) -> None:
-    """Stop an export that waits or is being written. Raises Conflict for one that has ended."""
+def refuse_ended(export: Export) -> None:
+    """Raise Conflict for an export that has ended."""
     if export.status not in repository.UNDER_WAY:
         raise Conflict(f"the export has {export.status.value}; there is nothing to cancel")
-    jobs.cancel(export.workflow_id)  # on a connection of its own: before any row here
-    repository.cancel(session, export.id, now())
-    session.refresh(export)
+
+
+def mark_cancelled(session: Session, export_id: int) -> None:
+    """Say that an export was cancelled, unless it has ended."""
+    repository.cancel(session, export_id, now())
 
 
 def begin(session: Session, export_id: int) -> None:

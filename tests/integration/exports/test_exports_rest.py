@@ -11,6 +11,7 @@ from starlette.testclient import TestClient
 from app.auth.access import Scope
 from app.config import Settings
 from app.db import Database
+from app.exports import repository, service
 from app.storage import Storage
 from app.tables.exports import Export
 from app.tables.identity import Membership, User
@@ -83,6 +84,8 @@ def test_a_file_is_fetched_in_parts_and_once(client: TestClient, run_id: int, ma
     assert (known.status_code, known.content) == (304, b"")
     beyond = client.get(url, headers={"Range": f"bytes={size}-"})
     assert (beyond.status_code, beyond.headers["content-range"]) == (416, f"bytes */{size}")
+    parts = ",".join(f"{start}-{start}" for start in range(10_000))
+    assert client.get(url, headers={"Range": f"bytes={parts}"}).status_code == 416
     changed = client.get(url, headers={"Range": "bytes=0-9", "If-Range": '"another"'})
     assert (changed.status_code, changed.content) == (200, whole.content)
 
@@ -287,3 +290,46 @@ def test_a_file_is_fetched_with_the_rights_of_today(
             )
         )
     assert client.get(f"{EXPORTS}/{exports[0]}/download").status_code == 403
+
+
+def test_a_cancelled_export_stops_and_stays_cancelled(
+    client: TestClient,
+    run_id: int,
+    make: Make,
+    database: Database,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What is under way tells how far it is, ends at a word, and is not finished afterwards."""
+    monkeypatch.setattr(service, "TOLD_EVERY_S", 0.0)
+    first, second = (asked(client, filters={"run_id": run_id}) for _ in range(2))
+    with database.writing() as session:
+        service.begin(session, first)
+        repository.advance(session, first, 1, 4)
+    under_way = client.get(f"{EXPORTS}/{first}").json()
+    assert (under_way["status"], under_way["poses"], under_way["poses_total"]) == ("running", 1, 4)
+    assert under_way["remaining_s"] == pytest.approx(3 / under_way["poses_per_s"])
+    cancelled = client.post(f"{EXPORTS}/{first}/cancel")
+    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    with pytest.raises(service.NoLongerWanted):
+        make(first)
+    make(second)
+    assert client.post(f"{EXPORTS}/{second}/cancel").status_code == 409
+    assert client.get(f"{EXPORTS}/{first}").json()["status"] == "cancelled"
+
+
+def test_a_manifest_and_a_datasheet_tell_what_is_in_the_file(
+    client: TestClient, run_id: int, make: Make
+) -> None:
+    """Filters, counts, runs, detector, registration and the paper's figures stand in both."""
+    export_id = asked(client, filters={"run_id": run_id, "grade": ["ungraded"]})
+    assert client.get(f"{EXPORTS}/{export_id}/manifest").status_code == 409
+    make(export_id)
+    manifest = client.get(f"{EXPORTS}/{export_id}/manifest").json()
+    assert manifest["filters"] == {"grade": ["ungraded"], "run_id": run_id}
+    assert manifest["counts"]["poses"] == manifest["counts"]["grades"]["ungraded"] == 3
+    assert manifest["runs"][0]["detector_sha256"]
+    assert manifest["registrations"][0]["method"] == "given"
+    assert manifest["sha256"] == client.get(f"{EXPORTS}/{export_id}").json()["sha256"]
+    sheet = client.get(f"{EXPORTS}/{export_id}/datasheet")
+    assert sheet.headers["content-type"].startswith("text/markdown")
+    assert "| paper |  | pnp | 12.22 | 0.48 | 0.64 |" in sheet.text
