@@ -15,6 +15,7 @@ from app.auth.headers import SecurityHeaders
 from app.auth.hosts import HeaderChecks
 from app.auth.same_origin import SameOrigin
 from app.auth.throttle import SignInThrottle
+from app.compression import CompressTexts
 from app.config import Settings, tile_origin
 from app.overload import BoundedRequests
 from app.problems import AnswerErrors
@@ -37,6 +38,7 @@ def protect(app: FastAPI, settings: Settings) -> None:
     )
     app.add_middleware(HeaderChecks, allowed_hosts=settings.allowed_hosts)
     app.add_middleware(AnswerErrors)
+    app.add_middleware(CompressTexts)
     app.add_middleware(
         SecurityHeaders,
         https=settings.public_url.startswith("https://"),
