@@ -18,7 +18,10 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, aliased
 
-from app.ais.rows import POSITION_COLUMNS, STATIC_COLUMNS, Columns, Row
+from app.ais.rows import POSITION_COLUMNS, STATIC_COLUMNS, Row, arrays_of, rows_of, text_of
+from app.ais.sqlite_image import TABLE, database_image
+from app.domain.ais_bulk import ACCURACIES, AIS_CLASSES, SOURCES, PositionTable
+from app.domain.nmea_times import moment_of
 from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
 
 _BEGIN_AND_END_LOCK = 0x4149_5303  # "AIS": any number of ours that no other lock has
@@ -37,14 +40,15 @@ _IS_TIME_KNOWN = """
 SELECT EXISTS (SELECT 1 FROM ais_positions AS known {by_time}
     WHERE fix_time BETWEEN {mark} AND {mark} AND {counts})
 """
-_VALUES = ", ".join(f"?{at}" for at, _ in enumerate(POSITION_COLUMNS, 1))
-_SQLITE_POSITIONS = f"""
-INSERT INTO {_POSITIONS} VALUES ({_VALUES}, {{site_id}}, {{file_id}})
+_KEEP = f"""
+INSERT INTO {_POSITIONS} SELECT {{columns}}, {{site_id}}, {{file_id}} FROM {{arriving}}
 """  # noqa: S608  made of the pieces above
-_SQLITE_NEW_POSITIONS = f"""
-INSERT INTO {_POSITIONS} SELECT {_VALUES}, {{site_id}}, {{file_id}} WHERE NOT EXISTS (
+_UNLESS_KNOWN = f"""
+WHERE NOT EXISTS (
     SELECT 1 FROM ais_positions AS known
-    WHERE mmsi = ?1 AND fix_time = ?2 AND lat_deg = ?4 AND lon_deg = ?5 AND {_COUNTS_AS_KNOWN}
+    WHERE known.mmsi = arriving.mmsi AND known.fix_time = arriving.fix_time
+        AND known.lat_deg = arriving.lat_deg AND known.lon_deg = arriving.lon_deg
+        AND {_COUNTS_AS_KNOWN}
 )
 """  # noqa: S608  made of the pieces above
 _SQLITE_STATICS = f"""
@@ -53,20 +57,31 @@ INSERT INTO {_STATICS} VALUES ({", ".join("?" for _ in STATIC_COLUMNS)}, {{site_
 _SQLITE_CACHE = "PRAGMA cache_size = -32768"  # KiB, while rows are written; else SQLite's own
 _SQLITE_CACHE_AFTER = "PRAGMA cache_size = -2000"
 
+
+def _read() -> str:
+    """Return the columns of rows that arrive on SQLite, with words in the place of their codes."""
+    words = {
+        "ais_class": AIS_CLASSES,
+        "high_accuracy": ACCURACIES,
+        "fix_time_source": [source.value for source in SOURCES],
+    }
+    columns = []
+    for name in POSITION_COLUMNS:
+        cases = " ".join(
+            f"WHEN {code} THEN {word!r}"
+            for code, word in enumerate(words.get(name, ()))
+            if word is not None
+        )
+        columns.append(f"CASE {name} {cases} END" if cases else name)
+    return ", ".join(columns)
+
+
+_READ = _read()
 _POSTGRES_ZONE = "SET LOCAL TIME ZONE 'UTC'"  # the rows' moments do not tell theirs
 _ARRIVING = """
 CREATE TEMPORARY TABLE arriving ON COMMIT DROP AS SELECT * FROM ais_positions LIMIT 0
 """
 _INTO_ARRIVING = _POSITIONS.replace("ais_positions", "arriving")
-_POSTGRES_NEW_POSITIONS = f"""
-INSERT INTO {_POSITIONS} SELECT {", ".join(POSITION_COLUMNS)}, site_id, file_id
-FROM arriving WHERE NOT EXISTS (
-    SELECT 1 FROM ais_positions AS known
-    WHERE known.mmsi = arriving.mmsi AND known.fix_time = arriving.fix_time
-        AND known.lat_deg = arriving.lat_deg AND known.lon_deg = arriving.lon_deg
-        AND {_COUNTS_AS_KNOWN}
-)
-"""  # noqa: S608  made of the pieces above
 _LINE = "\t".join("%s" for _ in POSITION_COLUMNS)  # none of these texts is free or says "None"
 
 
@@ -83,9 +98,10 @@ class Origin:
     others: Sequence[int] = ()
     last_id: int = 0
 
-    def told_in(self, statement: str) -> str:
-        """Return a statement with these numbers."""
+    def told_in(self, statement: str, **names: str) -> str:
+        """Return a statement with these numbers, and the names it leaves open."""
         return statement.format(
+            **names,
             site_id="NULL" if self.site_id is None else self.site_id,
             file_id=self.file_id,
             others=", ".join(map(str, self.others)) or "-1",
@@ -144,24 +160,12 @@ def last_position_id(session: Session) -> int:
     return session.scalar(sa.select(sa.func.coalesce(sa.func.max(AisPosition.id), 0))) or 0
 
 
-def add_positions(session: Session, origin: Origin, columns: Columns) -> int:
-    """Add positions of a part, the columns `POSITION_COLUMNS`; return how many were new."""
-    if not columns:
-        return 0
-    rows = zip(*columns, strict=True)
-    is_known_time = origin.last_id > 0 and _is_time_known(session, origin, columns[1])
+def add_positions(session: Session, origin: Origin, table: PositionTable) -> int:
+    """Add positions of a part; return how many were new."""
+    is_known_time = origin.last_id > 0 and _is_time_known(session, origin, table)
     if _is_sqlite(session):
-        statement = _SQLITE_NEW_POSITIONS if is_known_time else _SQLITE_POSITIONS
-        return _insert_on_sqlite(session, origin.told_in(statement), rows)
-    line = f"{_LINE}\t{origin.site_id}\t{origin.file_id}\n"
-    text = "".join([line % row for row in rows])
-    if not is_known_time:
-        _copy(session, f"COPY {_POSITIONS} FROM STDIN (NULL 'None')", text)
-        return len(columns[0])
-    connection = session.connection()
-    connection.exec_driver_sql(_ARRIVING)
-    _copy(session, f"COPY {_INTO_ARRIVING} FROM STDIN (NULL 'None')", text)
-    return connection.exec_driver_sql(origin.told_in(_POSTGRES_NEW_POSITIONS)).rowcount
+        return _keep_on_sqlite(session, origin, table, is_known_time=is_known_time)
+    return _keep_on_postgres(session, origin, table, is_known_time=is_known_time)
 
 
 def add_statics(session: Session, origin: Origin, rows: Sequence[Row]) -> None:
@@ -169,7 +173,7 @@ def add_statics(session: Session, origin: Origin, rows: Sequence[Row]) -> None:
     if not rows:
         return
     if _is_sqlite(session):
-        _insert_on_sqlite(session, origin.told_in(_SQLITE_STATICS), rows)
+        _sqlite(session).executemany(origin.told_in(_SQLITE_STATICS), rows)
     else:
         whose = (origin.site_id, origin.file_id)
         _copy(session, f"COPY {_STATICS} FROM STDIN", [(*row, *whose) for row in rows])
@@ -247,7 +251,7 @@ def _is_sqlite(session: Session) -> bool:
     return session.get_bind().dialect.name == "sqlite"
 
 
-def _is_time_known(session: Session, origin: Origin, moments: Sequence[str]) -> bool:
+def _is_time_known(session: Session, origin: Origin, table: PositionTable) -> bool:
     """Whether there is a known position of the time of some others.
 
     If not, as for most recordings, no row has to be looked up by itself.
@@ -258,16 +262,47 @@ def _is_time_known(session: Session, origin: Origin, moments: Sequence[str]) -> 
         mark="?" if is_sqlite else "(%s::timestamp AT TIME ZONE 'UTC')",
         counts=origin.told_in(_COUNTS_AS_KNOWN),
     )
-    bounds = (min(moments), max(moments))
+    bounds = tuple(text_of(moment_of(int(us))) for us in (table.fix_us.min(), table.fix_us.max()))
     return bool(session.connection().exec_driver_sql(statement, bounds).scalar())
 
 
-def _insert_on_sqlite(session: Session, statement: str, rows: Iterable[Row]) -> int:
-    driver: sqlite3.Connection = session.connection().connection.driver_connection  # type: ignore[assignment]  # as the engine is SQLite's
+def _keep_on_sqlite(
+    session: Session, origin: Origin, table: PositionTable, *, is_known_time: bool
+) -> int:
+    """Let rows arrive as a database in memory, and copy them out of it."""
+    driver = _sqlite(session)
+    if not any(name == "arriving" for _, name, _ in driver.execute("PRAGMA database_list")):
+        driver.execute("ATTACH ':memory:' AS arriving")
+    driver.deserialize(database_image(arrays_of(table)), name="arriving")
+    sa.event.listen(session, "after_commit", lambda _: driver.execute("DETACH arriving"), once=True)
+    condition = _UNLESS_KNOWN if is_known_time else ""
     driver.execute(_SQLITE_CACHE)
-    inserted = driver.executemany(statement, rows).rowcount
+    inserted = driver.execute(
+        origin.told_in(_KEEP + condition, arriving=f"arriving.{TABLE} AS arriving", columns=_READ)
+    ).rowcount
     driver.execute(_SQLITE_CACHE_AFTER)
     return inserted
+
+
+def _keep_on_postgres(
+    session: Session, origin: Origin, table: PositionTable, *, is_known_time: bool
+) -> int:
+    line = f"{_LINE}\t{origin.site_id}\t{origin.file_id}\n"
+    text = "".join([line % row for row in rows_of(table)])
+    if not is_known_time:
+        _copy(session, f"COPY {_POSITIONS} FROM STDIN (NULL 'None')", text)
+        return len(table)
+    connection = session.connection()
+    connection.exec_driver_sql(_ARRIVING)
+    _copy(session, f"COPY {_INTO_ARRIVING} FROM STDIN (NULL 'None')", text)
+    keep = origin.told_in(
+        _KEEP + _UNLESS_KNOWN, arriving="arriving", columns=", ".join(POSITION_COLUMNS)
+    )
+    return connection.exec_driver_sql(keep).rowcount
+
+
+def _sqlite(session: Session) -> sqlite3.Connection:
+    return session.connection().connection.driver_connection  # type: ignore[return-value]  # as the engine is SQLite's
 
 
 def _copy(session: Session, statement: str, rows: str | Sequence[Row]) -> None:

@@ -216,6 +216,8 @@ def _write(database: Database, origin: Origin, batch: RowBatch) -> int:
     positions = batch.positions()  # before the turn: others may write meanwhile
     with turn_to_write(database), database.writing() as session:
         import_repository.add_statics(session, origin, batch.statics)
+        if positions is None:
+            return 0
         return import_repository.add_positions(session, origin, positions)
 
 

@@ -1,23 +1,24 @@
 """Decoded reports on their way to the database: as many rows as one transaction writes.
 
-Values are as the database's driver wants them. Many positions stay columns until it takes them, row
-by row: hundreds of thousands of tuples would keep Python's garbage collector busy. Those of one
-place and vessel stand together, so that the indexes which lead to a place or a vessel are written
-page by page: that is most of the work of storing.
+Rows of one place and vessel stand together, so that the indexes which lead to a place or a vessel
+are written page by page: that is most of the work of storing. Positions stay columns until the
+database takes them; a million tuples would keep Python's garbage collector busy.
 """
 
+from collections.abc import Iterator, Mapping
 from datetime import datetime
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from app.domain.ais import PositionReport, StaticReport
-from app.domain.ais_bulk import PositionTable
-from app.domain.cells import cell_of, cells_of
+from app.domain.ais_bulk import ACCURACIES, AIS_CLASSES, SOURCES, PositionTable
+from app.domain.cells import cells_of
 from app.domain.payload_bits import IntArray
 
 Row = tuple[Any, ...]
-Columns = list[list[Any]]
+Arrays = Mapping[str, npt.NDArray[np.generic]]
 POSITION_COLUMNS = (
     "mmsi",
     "fix_time",
@@ -49,7 +50,6 @@ STATIC_COLUMNS = (
 )
 _MOST = 40_000
 _LARGEST_INTEGER = 2**31 - 1
-_MILLISECONDS = [f".{millisecond:03}000" for millisecond in range(1000)]
 
 
 class RowBatch:
@@ -57,82 +57,82 @@ class RowBatch:
 
     def __init__(self) -> None:
         self._tables: list[PositionTable] = []
-        self._in_tables = 0
-        self._positions: list[Row] = []
+        self._positions: list[PositionReport] = []
+        self._count = 0
         self.statics: list[Row] = []
 
     @property
     def is_full(self) -> bool:
         """Whether it is time to write them."""
-        return self._in_tables + len(self._positions) + len(self.statics) >= _MOST
+        return self._count >= _MOST
 
     def add(self, report: PositionTable | PositionReport | StaticReport) -> None:
         """Add a report, or many."""
         if isinstance(report, PositionTable):
             self._tables.append(report)
-            self._in_tables += len(report)
-        elif isinstance(report, StaticReport):
+            self._count += len(report)
+            return
+        self._count += 1
+        if isinstance(report, StaticReport):
             self.statics.append(_static_row(report))
         else:
-            self._positions.append(_position_row(report))
+            self._positions.append(report)
 
-    def positions(self) -> Columns:
-        """Return the positions as columns of all their rows."""
-        columns: Columns = list(map(list, zip(*self._positions, strict=True)))
-        if self._tables:
-            in_tables = _position_columns(PositionTable.joined(self._tables))
-            columns = list(map(list.__add__, columns, in_tables)) if columns else in_tables
-        return columns
-
-
-def _position_row(report: PositionReport) -> Row:
-    """In the order of `POSITION_COLUMNS`."""
-    return (
-        report.mmsi,
-        _moment(report.fix_time),
-        _moment(report.received_at),
-        report.lat_deg,
-        report.lon_deg,
-        report.sog_kn,
-        report.cog_deg,
-        report.heading_deg,
-        report.rot_deg_min,
-        report.message_type,
-        report.ais_class,
-        report.high_accuracy,
-        report.fix_time_source.value,
-        cell_of(report.lat_deg, report.lon_deg),
-    )
+    def positions(self) -> PositionTable | None:
+        """Return the positions, if any: those of one place and vessel stand together."""
+        tables = self._tables
+        if self._positions:
+            tables = [*tables, PositionTable.of(self._positions)]
+        if not tables:
+            return None
+        table = PositionTable.joined(tables)
+        cells = cells_of(table.lat_deg, table.lon_deg)
+        return table.chosen(np.lexsort((table.fix_us, table.mmsi, cells)))
 
 
-def _position_columns(table: PositionTable) -> Columns:
-    """As `_position_row`, many at once, side by side what is near."""
-    cells = cells_of(table.lat_deg, table.lon_deg)
-    order = np.lexsort((table.fix_us, table.mmsi, cells))
-    table = table.chosen(order)
-    return [
-        table.mmsi.tolist(),
-        _moments(table.fix_us),
-        _moments(table.received_us),
-        table.lat_deg.tolist(),
-        table.lon_deg.tolist(),
-        table.sog_kn.tolist(),
-        table.cog_deg.tolist(),
-        table.heading_deg.tolist(),
-        table.rot_deg_min.tolist(),
-        table.message_type.tolist(),
-        table.ais_class.tolist(),
-        table.high_accuracy.tolist(),
-        list(map(str, table.fix_time_source.tolist())),
-        cells[order].tolist(),
-    ]
+def arrays_of(table: PositionTable) -> Arrays:
+    """Return `POSITION_COLUMNS` as arrays of numbers and letters.
+
+    Letters are (n, letters) uint8; classes, accuracies and sources are places in their lists.
+    """
+    codes = {"message_type", "ais_class", "high_accuracy", "fix_time_source"}
+    arrays: dict[str, npt.NDArray[np.generic]] = {
+        name: getattr(table, name).astype(np.uint8) if name in codes else getattr(table, name)
+        for name in POSITION_COLUMNS
+        if name not in {"fix_time", "received_at", "cell"}
+    }
+    arrays["mmsi"] = table.mmsi.astype(np.int32)
+    arrays["fix_time"] = _letters(table.fix_us)
+    arrays["received_at"] = _letters(table.received_us)
+    arrays["cell"] = cells_of(table.lat_deg, table.lon_deg).astype(np.int32)
+    return {name: arrays[name] for name in POSITION_COLUMNS}
+
+
+def rows_of(table: PositionTable) -> Iterator[Row]:
+    """Yield rows in the order of `POSITION_COLUMNS`."""
+    arrays = arrays_of(table)
+    lists = {
+        "ais_class": AIS_CLASSES,
+        "high_accuracy": ACCURACIES,
+        "fix_time_source": [source.value for source in SOURCES],
+    }
+    columns = []
+    for name, array in arrays.items():
+        column = array.view("S26")[:, 0].astype(str) if array.ndim == 2 else array
+        if name in lists:
+            column = np.array(lists[name], dtype=np.object_)[array]
+        elif array.dtype == np.float64:
+            column = array.astype(np.object_)
+            column[np.isnan(array)] = None  # type: ignore[assignment]  # an array of objects holds it
+        columns.append(column.tolist())
+    return zip(*columns, strict=True)
 
 
 def _static_row(report: StaticReport) -> Row:
     """In the order of `STATIC_COLUMNS`."""
     return (
         report.mmsi,
-        _moment(report.received_at),
+        text_of(report.received_at),
         printable(report.name, 64),
         printable(report.callsign, 16),
         in_range(report.imo),
@@ -147,8 +147,8 @@ def _static_row(report: StaticReport) -> Row:
 
 def printable(text: str | None, longest: int) -> str | None:
     """Return what of a text a column of `longest` characters can hold; a table may say anything."""
-    if text is None:
-        return None
+    if text is None or (text.isprintable() and 0 < len(text) <= longest):
+        return text
     return "".join(letter for letter in text if letter.isprintable())[:longest] or None
 
 
@@ -157,22 +157,18 @@ def in_range(value: int | None) -> int | None:
     return value if value is None or 0 <= value <= _LARGEST_INTEGER else None
 
 
-def _moment(moment: datetime) -> str:
+def text_of(moment: datetime) -> str:
     """Write a moment in UTC the way SQLite stores it and Postgres reads it, without its zone."""
-    return moment.isoformat(sep=" ", timespec="microseconds")[:26]
+    return moment.replace(tzinfo=None).isoformat(" ", "microseconds")
 
 
-def _moments(since_1970_us: IntArray) -> list[str]:
-    """As `_moment`, many at once: few seconds differ, and most fractions are milliseconds."""
+def _letters(since_1970_us: IntArray) -> npt.NDArray[np.uint8]:
+    """As `text_of`, many at once, (n, 26) ASCII: few seconds differ."""
     seconds, fraction_us = np.divmod(since_1970_us, 1_000_000)
-    milliseconds, rest = np.divmod(fraction_us, 1_000)
-    if rest.any():
-        exact: list[str] = np.datetime_as_string(since_1970_us.view("datetime64[us]")).tolist()
-        return [moment.replace("T", " ") for moment in exact]
     distinct, at = np.unique(seconds, return_inverse=True)
-    texts: list[str] = np.datetime_as_string(distinct.view("datetime64[s]")).tolist()
-    of_second = [text.replace("T", " ") for text in texts]
-    return [
-        of_second[second] + _MILLISECONDS[millisecond]
-        for second, millisecond in zip(at.tolist(), milliseconds.tolist(), strict=True)
-    ]
+    texts = np.datetime_as_string(distinct.view("datetime64[s]")).astype("S19")
+    letters = np.empty((seconds.size, 26), dtype=np.uint8)
+    letters[:, :19] = texts.view(np.uint8).reshape(-1, 19)[at]
+    letters[:, 10], letters[:, 19] = ord(" "), ord(".")
+    letters[:, 20:] = ord("0") + fraction_us[:, None] // 10 ** np.arange(6)[::-1] % 10
+    return letters

@@ -10,29 +10,33 @@ Source: ITU-R M.1371-5, Annex 8 (tables 48, 70); bit offsets count from 0.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from app.domain import ais
 from app.domain.arrays import FloatArray
+from app.domain.nmea_times import epoch_us
 from app.domain.payload_bits import BoolArray, IntArray, PayloadBits, are_vessels, are_within
-
-ObjectArray = npt.NDArray[np.object_]
 
 POSITION_LETTERS = 28  # 168 bits: types 1, 2, 3 and 18 alike
 POSITION_TYPES = b"123B"  # as their armoured first letter has them
 
+AIS_CLASSES = (None, "A", "B")
+ACCURACIES = (None, False, True)
+SOURCES = tuple(ais.FixTimeSource)
+
 _CLASS_B = 18
 _NO_TURN = 128
+_FLOATS = {"lat_deg", "lon_deg", "sog_kn", "cog_deg", "heading_deg", "rot_deg_min"}
 
 
 @dataclass(frozen=True, slots=True)
 class PositionTable:
-    """Position reports of messages 1, 2, 3 and 18: the fields of `PositionReport` as columns.
+    """Position reports: the fields of `PositionReport` as columns.
 
-    `fix_us` and `received_us` are microseconds since 1970 in UTC. Columns of objects hold what
-    the fields of `PositionReport` do: numbers or None, a letter, a source.
+    `fix_us` and `received_us` are microseconds since 1970 in UTC. NaN stands for "not available".
+    What is no number is told by its place among `AIS_CLASSES`, `ACCURACIES` or `SOURCES`.
     """
 
     mmsi: IntArray
@@ -40,17 +44,44 @@ class PositionTable:
     received_us: IntArray
     lat_deg: FloatArray
     lon_deg: FloatArray
-    sog_kn: ObjectArray
-    cog_deg: ObjectArray
-    heading_deg: ObjectArray
-    rot_deg_min: ObjectArray
+    sog_kn: FloatArray
+    cog_deg: FloatArray
+    heading_deg: FloatArray
+    rot_deg_min: FloatArray
     message_type: IntArray
-    ais_class: ObjectArray
-    high_accuracy: BoolArray
-    fix_time_source: ObjectArray
+    ais_class: IntArray
+    high_accuracy: IntArray
+    fix_time_source: IntArray
 
     def __len__(self) -> int:
         return int(self.mmsi.size)
+
+    @classmethod
+    def of(cls, reports: Sequence[ais.PositionReport]) -> "PositionTable":
+        """Return reports as a table."""
+        rows = [
+            (
+                report.mmsi,
+                epoch_us(report.fix_time),
+                epoch_us(report.received_at),
+                report.lat_deg,
+                report.lon_deg,
+                report.sog_kn,
+                report.cog_deg,
+                report.heading_deg,
+                report.rot_deg_min,
+                report.message_type,
+                AIS_CLASSES.index(report.ais_class),
+                ACCURACIES.index(report.high_accuracy),
+                SOURCES.index(report.fix_time_source),
+            )
+            for report in reports
+        ]
+        fields: dict[str, Any] = {
+            name: np.array(column, dtype=np.float64 if name in _FLOATS else np.int64)
+            for name, column in zip(cls.__dataclass_fields__, zip(*rows, strict=True), strict=True)
+        }
+        return cls(**fields)
 
     @classmethod
     def joined(cls, tables: Sequence["PositionTable"]) -> "PositionTable":
@@ -92,8 +123,8 @@ class PositionBits:
             heading_deg=_HEADINGS[self._motion(78, 9)[chosen]],
             rot_deg_min=_TURNS[np.where(is_b, _NO_TURN, self._bits.unsigned(42, 8)[chosen])],
             message_type=self._type[chosen],
-            ais_class=_CLASSES[is_b.astype(np.int64)],
-            high_accuracy=self._motion(10, 1)[chosen].astype(np.bool_),
+            ais_class=1 + is_b,
+            high_accuracy=1 + self._motion(10, 1)[chosen],
             fix_time_source=source,
         )
 
@@ -103,13 +134,13 @@ class PositionBits:
         return np.where(self._is_b, of_b, of_a)
 
 
-def fix_times(received_us: IntArray, utc_second: IntArray) -> tuple[IntArray, ObjectArray]:
+def fix_times(received_us: IntArray, utc_second: IntArray) -> tuple[IntArray, IntArray]:
     """Return the moments of fixes, us since 1970, and their sources: `ais.fix_time` by column."""
     lag = (received_us % ais.MINUTE_US - utc_second * 1_000_000) % ais.MINUTE_US
     lag = np.where(lag >= ais.MINUTE_US + ais.EARLIEST_LAG_US, lag - ais.MINUTE_US, lag)
-    source = np.where(lag > ais.PROMPT_LAG_US, 2, 0)
-    source = np.where(utc_second > ais.LAST_UTC_SECOND, 1, source)
-    return received_us - np.where(source == 0, lag, 0), _SOURCES[source]
+    source = np.where(lag > ais.PROMPT_LAG_US, _DOUBTFUL, _PROMPT)
+    source = np.where(utc_second > ais.LAST_UTC_SECOND, _RECEIVED, source)
+    return received_us - np.where(source == _PROMPT, lag, 0), source
 
 
 def _signed(value: IntArray, width: int) -> IntArray:
@@ -118,16 +149,16 @@ def _signed(value: IntArray, width: int) -> IntArray:
     return signed
 
 
-def _meanings(meaning: Callable[[int], object], raws: Sequence[int]) -> ObjectArray:
-    return np.array([meaning(raw) for raw in raws], dtype=np.object_)
+def _meanings(meaning: Callable[[int], float | None], raws: Sequence[int]) -> FloatArray:
+    """Return what raw numbers mean, NaN for nothing."""
+    return np.array([meaning(raw) for raw in raws], dtype=np.float64)
 
 
 _SPEEDS = _meanings(ais.speed_kn, range(1 << 10))
 _COURSES = _meanings(ais.course_deg, range(1 << 12))
 _HEADINGS = _meanings(ais.heading_deg, range(1 << 9))
 _TURNS = _meanings(ais.rate_of_turn_deg_min, [*range(128), *range(-128, 0)])
-_CLASSES = np.array(["A", "B"], dtype=np.object_)
-_SOURCES = _meanings(
-    [ais.FixTimeSource.PROMPT, ais.FixTimeSource.RECEIVED, ais.FixTimeSource.DOUBTFUL].__getitem__,
-    range(3),
+_PROMPT, _RECEIVED, _DOUBTFUL = map(
+    SOURCES.index,
+    (ais.FixTimeSource.PROMPT, ais.FixTimeSource.RECEIVED, ais.FixTimeSource.DOUBTFUL),
 )

@@ -1,6 +1,7 @@
 """The decoder in bulk against the reference and against pyais, report by report."""
 
 import gzip
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -13,7 +14,13 @@ from pyais import decode as pyais_decode
 
 from app.domain.accounting import Accounting
 from app.domain.ais import PositionReport, StaticReport
-from app.domain.ais_bulk import PositionBits, PositionTable
+from app.domain.ais_bulk import (
+    ACCURACIES,
+    AIS_CLASSES,
+    SOURCES,
+    PositionBits,
+    PositionTable,
+)
 from app.domain.ais_payload import RejectedMessageError, decode_payload
 from app.domain.nmea import NmeaDecoder, decode_lines
 from app.domain.nmea_bulk import decode_recording
@@ -42,6 +49,14 @@ Outcome = tuple[Counter[PositionReport | StaticReport], Accounting]
 def rows(table: PositionTable) -> Iterable[PositionReport]:
     """Return a table's rows as reports."""
     columns = {name: getattr(table, name).tolist() for name in table.__dataclass_fields__}
+    for name in ("sog_kn", "cog_deg", "heading_deg", "rot_deg_min"):
+        columns[name] = [None if math.isnan(value) else value for value in columns[name]]
+    for name, meanings in (
+        ("ais_class", AIS_CLASSES),
+        ("high_accuracy", ACCURACIES),
+        ("fix_time_source", SOURCES),
+    ):
+        columns[name] = [meanings[code] for code in columns[name]]
     columns["fix_time"] = list(map(moment_of, columns.pop("fix_us")))
     columns["received_at"] = list(map(moment_of, columns.pop("received_us")))
     for values in zip(*columns.values(), strict=True):
