@@ -207,7 +207,16 @@ def main() -> int:
     configure_logs(logging.ERROR)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        pages = collect(Settings(data_dir=folder / "data", database_url="", storage_url=""))
+        pages = collect(
+            Settings(
+                data_dir=folder / "data",
+                database_url="",
+                storage_url="",
+                public_url="http://testserver",
+                smtp_host="mail.example",
+                smtp_sender="quaymark@harbour.example",
+            )
+        )
         found = complaints(pages, folder)
     print(*found, sep="\n", end="\n" if found else "")  # noqa: T201  a script
     print(f"{len(pages)} pages, {len(found)} findings")  # noqa: T201  as above

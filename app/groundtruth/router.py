@@ -18,7 +18,7 @@ from app.groundtruth.schemas import (
     BoxIn,
     BoxOut,
     BoxPatch,
-    FileOut,
+    GroundTruthFileOut,
     ImageIn,
     ImageOut,
     ImagePatch,
@@ -213,11 +213,11 @@ def get_scene(image_id: int, session: SessionDep, access: Reader) -> SceneOut:
 
 
 @router.get("/files")
-def list_files(session: SessionDep, access: Reader, paging: PagingDep) -> Page[FileOut]:
+def list_files(session: SessionDep, access: Reader, paging: PagingDep) -> Page[GroundTruthFileOut]:
     """List the COCO files that were imported, oldest first."""
     found, cursor = service.list_files(session, access.site_ids(Scope.READ), paging)
     totals = service.totals_by_file(session, [file.id for file in found])
-    items = [FileOut.of(file, totals.get(file.id, service.Totals())) for file in found]
+    items = [GroundTruthFileOut.of(file, totals.get(file.id, service.Totals())) for file in found]
     return Page(items=items, next_cursor=cursor)
 
 
@@ -272,11 +272,11 @@ def look_at_file(
 
 
 @router.get("/files/{ground_truth_file_id:int}")
-def get_file(ground_truth_file_id: int, session: SessionDep, access: Reader) -> FileOut:
+def get_file(ground_truth_file_id: int, session: SessionDep, access: Reader) -> GroundTruthFileOut:
     """Return an imported file."""
     file = actions.file_for(session, access, Scope.READ, ground_truth_file_id)
     totals = service.totals_by_file(session, [file.id])
-    return FileOut.of(file, totals.get(file.id, service.Totals()))
+    return GroundTruthFileOut.of(file, totals.get(file.id, service.Totals()))
 
 
 @router.delete("/files/{ground_truth_file_id:int}", status_code=204)

@@ -179,7 +179,7 @@ class SceneOut(BaseModel):
     next_open_id: int | None = Field(description="The next one whose boxes are not complete")
 
 
-class FileOut(BaseModel):
+class GroundTruthFileOut(BaseModel):
     """A COCO file that was imported, and what is left of it."""
 
     id: int
@@ -194,7 +194,7 @@ class FileOut(BaseModel):
     created_at: datetime
 
     @classmethod
-    def of(cls, file: GroundTruthFile, totals: Totals) -> "FileOut":
+    def of(cls, file: GroundTruthFile, totals: Totals) -> "GroundTruthFileOut":
         """Take the columns and the counts."""
         return cls(
             id=file.id,

@@ -39,6 +39,7 @@ export function aPose({ id, imageId, grade = null, detection, corners }: Varied)
     heading_source: "reported",
     track_method: "heading_dr",
     report_ids: [7],
+    static_ids: [],
     centroid_in_cam_m: [8.4, -2.9, 357.6],
     rotvec_cam_from_vessel: [0.27, 2.16, -1.99],
     length_m: 19,
