@@ -32,6 +32,9 @@ _GROWTH = {
     TrackMethod.HERMITE: (0.12, 0.08, 0.5),
 }
 _UNKNOWN_UNSTEADINESS_MPS = 0.4
+# An unsteady vessel changes its mind: within so long its unsteadiness counts twice. Without this,
+# 45 % of pilot boats' errors beyond a minute lay in the ellipse of 68 %. Not so between two reports.
+_MIND_CHANGES_S = 90.0
 # Reports so old tell how far off the vessel's course and speed led.
 _UNSTEADY_S = (10.0, 90.0)
 _UNSTEADY_REPORTS = 8
@@ -201,6 +204,8 @@ def _sigmas_m(
     """One sigma along and across the course: the fixes' own, their moments', the bridging's."""
     along_mps, cross_mps, share = _GROWTH[method]
     own_mps = share * _unsteadiness_mps(before)
+    if method is not TrackMethod.HERMITE:
+        own_mps *= 1 + bridged_s / _MIND_CHANGES_S
     fix_m = max(report.position_sigma_m for report in used)
     time_s = max(_TIME_SIGMA_S[report.fix_time_source] for report in used)
     return (
