@@ -34,9 +34,7 @@ _ANTENNA_SIGMA_M = 4.0
 _LEAST_SPEED_MPS = 1.0  # slower vessels are no clocks
 _HUBER = 1.5
 _HARMLESS_S = 2.0
-# What matches must say for their clock to be believed without a search.
-_BELIEVED_WITHIN_S = 4.0
-_LEAST_MATCHED_SHARE = 0.2
+_LEAST_MATCHED_SHARE = 0.25  # for matches to be believed without a search
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,14 +249,14 @@ def matches_agree(
 ) -> bool:
     """Whether matches alone show that the clock they were made by is right.
 
-    They do where enough vessels agree on no delay, and where they are no mere chance: by a wrong
-    clock less than a tenth of what is detected fits any vessel. Costs nothing beside a search.
+    They do where vessels agree so well that no harmful delay is left, and where they are no mere
+    chance: by a wrong clock few detections fit any vessel. Costs nothing beside a search.
     """
     if len({pair.vessel for pair in pairs}) < settings.least_vessels:
         return False
     late_s, sigma_s = _joined(pairs)
     share = len(pairs) / max(detection_count, 1)
-    return share >= _LEAST_MATCHED_SHARE and abs(late_s) + 1.96 * sigma_s <= _BELIEVED_WITHIN_S
+    return share >= _LEAST_MATCHED_SHARE and abs(late_s) + 1.96 * sigma_s <= _HARMLESS_S
 
 
 def _joined(pairs: Sequence[TimedPair]) -> tuple[float, float]:

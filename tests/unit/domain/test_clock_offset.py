@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from app.domain.camera import Camera, Intrinsics
-from app.domain.clock_offset import OffsetSettings, TimedImage, estimate_offset
+from app.domain.clock_offset import (
+    OffsetSettings,
+    TimedImage,
+    TimedPair,
+    estimate_offset,
+    matches_agree,
+)
 from app.domain.detection import Detection
 from app.domain.vessel_path import VesselPath
 
@@ -107,3 +113,19 @@ def test_images_that_tell_nothing_propose_nothing() -> None:
     assert not estimate_offset(elsewhere, paths, SETTINGS).is_known
     assert not estimate_offset([], paths, SETTINGS).is_known
     assert not estimate_offset(images, [], SETTINGS).is_known
+
+
+def late(*seconds: float) -> list[TimedPair]:
+    """Return pairs of as many vessels at 4 m/s, each so late."""
+    return [TimedPair(vessel, late_s, 0.7, 4.0) for vessel, late_s in enumerate(seconds)]
+
+
+def test_matches_show_a_right_clock_only_where_vessels_agree_closely() -> None:
+    """Pairs by chance, as a clock 80 s off makes them, are not believed; nor few among many."""
+    right, chance = late(0.3, -0.6, 0.9, 0.1, -0.4), late(1.8, 4.7, 1.5, -8.3, 0.5)
+    settings = OffsetSettings()
+    assert matches_agree(right, 12, settings)
+    assert not matches_agree(chance, 12, settings)
+    assert not matches_agree(late(7.3, 6.4, 7.9, 7.1, 6.6), 12, settings)
+    assert not matches_agree(right, 60, settings)
+    assert not matches_agree(right[:2], 4, settings)
