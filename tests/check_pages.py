@@ -49,7 +49,15 @@ with warnings.catch_warnings():
 
 ROOT = Path(__file__).resolve().parents[1]
 PLACE = re.compile(r"\{(\w+)(?::\w+)?\}")
-NO_PAGES = ("/static", "/admin/audit/csv", "/healthz", "/readyz", "/metrics", f"{API}/")
+NO_PAGES = (
+    "/static",
+    "/admin/audit/csv",
+    "/healthz",
+    "/readyz",
+    "/metrics",
+    "/sign-in/provider",  # leads to an identity provider and back
+    f"{API}/",
+)
 DOCS = f"{API}/docs"
 SIGNED_OUT = "/sign-in"
 Pages = dict[str, str]
