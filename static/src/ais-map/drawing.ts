@@ -1,13 +1,14 @@
 /**
  * Drawing traffic on a canvas: tracks as thin lines, vessels as small ships pointing their way.
  *
- * All tracks are one path and are stroked once; steps shorter than a pixel are left out. Class A is
+ * Steps shorter than a pixel are left out, and tracks can be drawn some at a time. Class A is
  * filled, class B is an outline; a doubtful vessel has a ring, so that nothing is told by colour
  * alone.
  */
 import type { AtMoment } from "./moment";
 import { lastBefore } from "./moment";
 import type { Palette } from "./palette";
+import type { Sprites } from "./sprites";
 import type { Track } from "./track-store";
 
 /** Where a canvas lies in the world: pixels of the whole world, and those of its corner. */
@@ -25,48 +26,60 @@ export interface Present {
 }
 
 const LEAST_STEP_PX = 1.5;
-const RADIANS = Math.PI / 180;
 const MARGIN_PX = 20;
 const MOST_NAMES = 60;
 const NAME_HEIGHT_PX = 15;
 
+export interface Span {
+  readonly fromS: number;
+  readonly toS: number;
+  readonly silenceS: number;
+}
+
+/** Draws the tracks from one index on until so many points are drawn; returns where to go on. */
 export function drawTracks(
   pen: CanvasRenderingContext2D,
   frame: Frame,
   tracks: readonly Track[],
-  span: { readonly fromS: number; readonly toS: number; readonly silenceS: number },
+  span: Span,
   chosen: Track | null,
   palette: Palette,
-): void {
-  pen.clearRect(0, 0, frame.widthPx, frame.heightPx);
+  first: number,
+  most: number,
+): number {
   pen.lineJoin = "round";
   pen.lineWidth = 1.1;
   pen.strokeStyle = palette.track;
-  pen.beginPath();
-  for (const track of tracks) {
-    if (track !== chosen) {
-      trace(pen, frame, track, span);
+  let drawn = 0;
+  let next = first;
+  for (; next < tracks.length && drawn < most; next += 1) {
+    const track = tracks[next];
+    if (track !== undefined && track !== chosen) {
+      pen.beginPath();
+      drawn += trace(pen, frame, track, span);
+      pen.stroke();
     }
   }
-  pen.stroke();
-  if (chosen !== null) {
+  if (next >= tracks.length && chosen !== null) {
     pen.lineWidth = 2.2;
     pen.strokeStyle = palette.chosen;
     pen.beginPath();
     trace(pen, frame, chosen, span);
     pen.stroke();
   }
+  return next;
 }
 
 function trace(
   pen: CanvasRenderingContext2D,
   frame: Frame,
   { t, x, y }: Track,
-  { fromS, toS, silenceS }: { readonly fromS: number; readonly toS: number; readonly silenceS: number },
-): void {
+  { fromS, toS, silenceS }: Span,
+): number {
   const { worldPx, leftPx, topPx } = frame;
   const last = lastBefore(t, toS);
   let before = -Infinity;
+  let drawn = 0;
   let [drawnX, drawnY] = [0, 0];
   for (let index = Math.max(0, lastBefore(t, fromS)); index <= last; index += 1) {
     const time = t[index] ?? 0;
@@ -79,9 +92,11 @@ function trace(
     } else if (!isShort || index === last) {
       pen.lineTo(pointX, pointY);
       [drawnX, drawnY] = [pointX, pointY];
+      drawn += 1;
     }
     before = time;
   }
+  return drawn;
 }
 
 export function placeOf(frame: Frame, at: AtMoment): readonly [number, number] {
@@ -94,28 +109,17 @@ export function drawVessels(
   present: readonly Present[],
   chosen: Track | null,
   palette: Palette,
+  sprites: Sprites,
 ): void {
   pen.clearRect(0, 0, frame.widthPx, frame.heightPx);
   const inSight = present.filter(({ at }) => isInSight(frame, at));
-  for (const [isB, isSilent] of [[false, false], [true, false], [false, true], [true, true]] as const) {
-    const alike = inSight.filter(
-      ({ track, at }) => (track.about.ais_class === "B") === isB && at.silentS > 0 === isSilent,
-    );
+  for (const isSilent of [false, true]) {
     pen.globalAlpha = isSilent ? 0.55 : 1;
-    pen.beginPath();
-    for (const { at } of alike) {
-      ship(pen, frame, at);
-    }
-    pen.lineWidth = isB ? 3.5 : 2;
-    pen.strokeStyle = palette.casing;
-    pen.stroke();
-    if (isB) {
-      pen.lineWidth = 1.5;
-      pen.strokeStyle = palette.vessel;
-      pen.stroke();
-    } else {
-      pen.fillStyle = palette.vessel;
-      pen.fill();
+    for (const { track, at } of inSight) {
+      if ((at.silentS > 0) === isSilent) {
+        const [x, y] = placeOf(frame, at);
+        sprites.put(pen, x, y, at.headingDeg, track.about.ais_class === "B");
+      }
     }
   }
   pen.globalAlpha = 1;
@@ -129,29 +133,6 @@ function isInSight(frame: Frame, at: AtMoment): boolean {
   return (
     x > -MARGIN_PX && y > -MARGIN_PX && x < frame.widthPx + MARGIN_PX && y < frame.heightPx + MARGIN_PX
   );
-}
-
-/** A small ship; a diamond where no direction is known. */
-function ship(pen: CanvasRenderingContext2D, frame: Frame, at: AtMoment): void {
-  const [x, y] = placeOf(frame, at);
-  if (at.headingDeg === null) {
-    pen.moveTo(x, y - 4.5);
-    pen.lineTo(x + 4.5, y);
-    pen.lineTo(x, y + 4.5);
-    pen.lineTo(x - 4.5, y);
-    pen.closePath();
-    return;
-  }
-  const [sine, cosine] = [Math.sin(at.headingDeg * RADIANS), Math.cos(at.headingDeg * RADIANS)];
-  const corner = (across: number, ahead: number): void => {
-    pen.lineTo(x + across * cosine + ahead * sine, y + across * sine - ahead * cosine);
-  };
-  pen.moveTo(x + 9 * sine, y - 9 * cosine);
-  corner(3.5, 2);
-  corner(3.5, -6);
-  corner(-3.5, -6);
-  corner(-3.5, 2);
-  pen.closePath();
 }
 
 function rings(

@@ -1,20 +1,32 @@
 /**
- * Traffic over a Leaflet map, on two canvases: tracks, drawn again only when they have moved on by
- * something, and vessels, drawn in every frame. Both reach over the map's edges, so that panning
+ * Traffic over a Leaflet map, on canvases: tracks, drawn again only when they have moved on by
+ * something, and vessels, drawn in every frame. They reach over the map's edges, so that panning
  * shows what is there before anything is drawn anew.
+ *
+ * A thousand tracks take longer to draw than a frame lasts. So while time plays they are drawn on a
+ * hidden canvas, some in each frame, which takes the place of the other when it is complete.
  */
 import L from "leaflet";
-import { drawTracks, drawVessels, placeOf, type Frame, type Present } from "./drawing";
+import { drawTracks, drawVessels, placeOf, type Frame, type Present, type Span } from "./drawing";
 import { atMoment } from "./moment";
 import { onThemeChange, paletteOf, type Palette } from "./palette";
+import { Sprites } from "./sprites";
 import type { Track, TrackStore } from "./track-store";
 
-const BEYOND = 0.25;
+const BEYOND = 0.2;
 const TILE_PX = 256;
 const HIT_PX = 14;
 /** Tracks grow by no more than this share of their window between two drawings. */
 const STALE_SHARE = 1 / 240;
 const STALE_MS = 200;
+const POINTS_A_FRAME = 1200;
+
+/** Tracks that are being drawn on the hidden canvas: of which time, and how many are done. */
+interface Redrawing {
+  readonly span: Span;
+  readonly tracks: readonly Track[];
+  next: number;
+}
 
 export class TrafficLayer {
   chosen: Track | null = null;
@@ -25,7 +37,10 @@ export class TrafficLayer {
   private palette: Palette;
   private drawnS = Number.NaN;
   private drawnMs = 0;
-  private readonly tracks: CanvasRenderingContext2D;
+  private sprites: Sprites;
+  private redrawing: Redrawing | null = null;
+  private tracks: CanvasRenderingContext2D;
+  private hidden: CanvasRenderingContext2D;
   private readonly vessels: CanvasRenderingContext2D;
 
   constructor(
@@ -33,8 +48,11 @@ export class TrafficLayer {
     private readonly store: TrackStore,
   ) {
     this.tracks = canvasIn(map.getPanes().overlayPane);
+    this.hidden = canvasIn(map.getPanes().overlayPane);
+    this.hidden.canvas.style.visibility = "hidden";
     this.vessels = canvasIn(map.getPanes().overlayPane);
     this.palette = paletteOf(map.getContainer());
+    this.sprites = new Sprites(this.palette, density());
     map.on("moveend zoomend resize", () => {
       this.reset();
     });
@@ -43,6 +61,7 @@ export class TrafficLayer {
     });
     onThemeChange(() => {
       this.palette = paletteOf(map.getContainer());
+      this.sprites = new Sprites(this.palette, density());
       this.changed();
     });
     this.reset();
@@ -70,6 +89,7 @@ export class TrafficLayer {
   /** Draws all anew: other tracks, another choice, another theme. */
   changed(): void {
     this.drawnS = Number.NaN;
+    this.redrawing = null;
     this.show(this.momentS, this.windowS);
   }
 
@@ -98,17 +118,40 @@ export class TrafficLayer {
     }
     const moved = Math.abs(this.momentS - this.drawnS);
     const isStale = !(moved < this.windowS * STALE_SHARE) && performance.now() - this.drawnMs > STALE_MS;
-    if (Number.isNaN(this.drawnS) || isStale) {
-      const span = {
-        fromS: this.momentS - this.windowS,
-        toS: this.momentS,
-        silenceS: this.store.silenceS,
-      };
-      drawTracks(this.tracks, frame, this.store.tracks, span, chosen, palette);
-      this.drawnS = this.momentS;
-      this.drawnMs = performance.now();
+    const span = { fromS: this.momentS - this.windowS, toS: this.momentS, silenceS: this.store.silenceS };
+    if (Number.isNaN(this.drawnS)) {
+      clear(this.tracks);
+      drawTracks(this.tracks, frame, this.store.tracks, span, chosen, palette, 0, Infinity);
+      this.drawn(this.momentS);
+    } else if (isStale && this.redrawing === null) {
+      clear(this.hidden);
+      this.redrawing = { span, tracks: this.store.tracks, next: 0 };
+      requestAnimationFrame(this.drawSome);
     }
-    drawVessels(this.vessels, frame, this.present, chosen, palette);
+    drawVessels(this.vessels, frame, this.present, chosen, palette, this.sprites);
+  }
+
+  private readonly drawSome = (): void => {
+    const { frame, redrawing: now } = this;
+    if (frame === null || now === null) {
+      return; // all was drawn anew meanwhile
+    }
+    const { tracks, span } = now;
+    now.next = drawTracks(this.hidden, frame, tracks, span, this.chosen, this.palette, now.next, POINTS_A_FRAME);
+    if (now.next < tracks.length) {
+      requestAnimationFrame(this.drawSome);
+      return;
+    }
+    [this.tracks, this.hidden] = [this.hidden, this.tracks];
+    this.tracks.canvas.style.visibility = "";
+    this.hidden.canvas.style.visibility = "hidden";
+    this.redrawing = null;
+    this.drawn(span.toS);
+  };
+
+  private drawn(momentS: number): void {
+    this.drawnS = momentS;
+    this.drawnMs = performance.now();
   }
 
   /** Draws during a long pan too, before its edge comes into sight. */
@@ -141,7 +184,7 @@ export class TrafficLayer {
       widthPx: size.x + 2 * beyond.x,
       heightPx: size.y + 2 * beyond.y,
     };
-    for (const pen of [this.tracks, this.vessels]) {
+    for (const pen of [this.tracks, this.hidden, this.vessels]) {
       fit(pen, this.frame);
       L.DomUtil.setPosition(pen.canvas, corner);
     }
@@ -160,10 +203,18 @@ function canvasIn(pane: HTMLElement): CanvasRenderingContext2D {
   return pen;
 }
 
+function density(): number {
+  return Math.min(2, window.devicePixelRatio || 1);
+}
+
+function clear(pen: CanvasRenderingContext2D): void {
+  pen.clearRect(0, 0, pen.canvas.width, pen.canvas.height);
+}
+
 /** Makes a canvas as large as its frame, sharp on every screen. */
 function fit(pen: CanvasRenderingContext2D, { widthPx, heightPx }: Frame): void {
   const { canvas } = pen;
-  const dense = Math.min(2, window.devicePixelRatio || 1);
+  const dense = density();
   const [width, height] = [Math.round(widthPx * dense), Math.round(heightPx * dense)];
   if (canvas.width !== width || canvas.height !== height) {
     canvas.width = width;
