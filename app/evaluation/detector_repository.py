@@ -25,6 +25,7 @@ class TrueImage:
     content_sha256: str
     version: int
     site_id: int
+    file_id: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,7 @@ def images(session: Session, chosen: Selection, file_id: int | None) -> list[Tru
         GroundTruthImage.content_sha256,
         GroundTruthImage.version,
         GroundTruthImage.site_id,
+        GroundTruthImage.file_id,
     ).where(*_conditions(chosen, file_id), GroundTruthImage.is_complete)
     order = (GroundTruthImage.file_id, GroundTruthImage.coco_id, GroundTruthImage.id)
     return [TrueImage(*row) for row in session.execute(statement.order_by(*order)).tuples()]

@@ -75,7 +75,8 @@ class DetectorFigures:
     """A detector, what it was judged on, and how it did.
 
     `empty` images have no detection in an imported file that lists no images: they count as looked
-    at. `unseen` images have complete boxes, but the detector has not looked at them.
+    at, as long as it speaks of others that came with the same ground truth. `unseen` images have
+    complete boxes, but the detector has not looked at them.
     """
 
     model: Model
@@ -140,8 +141,8 @@ def _judged(
     looked_at = [image for image in images if image.content_sha256 in set_of]
     empty = 0
     if model.family == IMPORTED_FAMILY and not model.signature.get("lists_images"):
-        sites = {image.site_id for image in looked_at}
-        considered = [image for image in images if image.site_id in sites]
+        spoken_of = {(image.site_id, image.file_id) for image in looked_at}
+        considered = [image for image in images if (image.site_id, image.file_id) in spoken_of]
         empty, looked_at = len(considered) - len(looked_at), considered
     detections, by_set = _kept.get(
         _key(looked_at, sets), lambda: _work_out(session, looked_at, set_of)

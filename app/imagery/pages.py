@@ -118,6 +118,7 @@ def show_image(request: Request, image_id: int, session: SessionDep, access: Rea
         earlier=earlier,
         later=later,
         may_delete=access.may(Scope.INGEST, image.site_id),
+        may_draw=access.may(Scope.REVIEW, image.site_id),
     )
 
 
