@@ -33,7 +33,7 @@ _GROWTH = {
 }
 _UNKNOWN_UNSTEADINESS_MPS = 0.4
 # An unsteady vessel changes its mind: within so long its unsteadiness counts twice. Without this,
-# 45 % of pilot boats' errors beyond a minute lay in the ellipse of 68 %. Not so between two reports.
+# 45 % of pilot boats' errors beyond a minute lay in the ellipse of 68 %. Not so between reports.
 _MIND_CHANGES_S = 90.0
 # Reports so old tell how far off the vessel's course and speed led.
 _UNSTEADY_S = (10.0, 90.0)
