@@ -36,6 +36,7 @@ from app.tables.reviews import Review
 from app.tables.runs import Pose
 from tests.browser.review_page import ReviewPage
 from tests.factories import identity
+from tests.identity_provider import IdentityProvider
 from tests.worker_process import ROOT, WorkerProcess, wait_until
 
 HERE = Path(__file__).parent
@@ -61,6 +62,7 @@ class Installation:
     harbour: harbour_site.HarbourSite
     start_worker: Callable[[], WorkerProcess]
     workers: list[WorkerProcess]
+    provider: IdentityProvider
 
     @contextmanager
     def without_worker(self) -> Iterator[None]:
@@ -94,15 +96,23 @@ def installation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installat
     def start_worker() -> WorkerProcess:
         return WorkerProcess(settings, folder / "worker.log")
 
-    with serving(settings, folder / "server.log") as url:
+    with (
+        IdentityProvider() as provider,
+        serving(settings, folder / "server.log", **_told_of(provider)) as url,
+    ):
         workers = [start_worker()]
         try:
             wait_until(lambda: answers(f"{url}/readyz"), what="a server with a worker")
             wait_until(lambda: _has_detector(database), what="a detector that was tried")
-            yield Installation(url, database, harbour, start_worker, workers)
+            yield Installation(url, database, harbour, start_worker, workers, provider)
         finally:
             workers.pop().stop()
     database.dispose()
+
+
+def _told_of(provider: IdentityProvider) -> dict[str, str]:
+    told = {f"QUAYMARK_{name.upper()}": value for name, value in provider.environment().items()}
+    return told | {"QUAYMARK_OIDC_ALLOWED_NETWORKS": '["127.0.0.0/8"]'}
 
 
 def _say_nothing(_text: str, *, fleeting: bool = False) -> None:
@@ -110,7 +120,7 @@ def _say_nothing(_text: str, *, fleeting: bool = False) -> None:
 
 
 @contextmanager
-def serving(settings: Settings, log: Path) -> Iterator[str]:
+def serving(settings: Settings, log: Path, **environment: str) -> Iterator[str]:
     """Run `quaymark serve` on a free port; gives its address."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -124,7 +134,9 @@ def serving(settings: Settings, log: Path) -> Iterator[str]:
                 "QUAYMARK_DATA_DIR": str(settings.data_dir),
                 "QUAYMARK_DATABASE_URL": settings.database_url,
                 "QUAYMARK_STORAGE_URL": settings.storage_url,
-            },
+                "QUAYMARK_PUBLIC_URL": f"http://127.0.0.1:{port}",
+            }
+            | environment,
             stdout=target,
             stderr=subprocess.STDOUT,
         )
@@ -132,7 +144,7 @@ def serving(settings: Settings, log: Path) -> Iterator[str]:
         yield f"http://127.0.0.1:{port}"
     finally:
         process.terminate()
-        process.wait(20)
+        process.wait(30)
 
 
 def answers(url: str) -> bool:
