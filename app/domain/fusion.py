@@ -147,13 +147,17 @@ def _accounted(image: SeenImage, poses: list[FusedPose], matched: MatchedImage) 
     )
 
 
-def pose_flags(cut: CutEdges, state: VesselState, box_height_m: float) -> list[str]:
+def pose_flags(
+    cut: CutEdges, state: VesselState, box_height_m: float, doubts: Sequence[str] = ()
+) -> list[str]:
     """Name what a reviewer should know of a pose.
 
     `cut_left`, `cut_right`: that side of the box is the image's border, no pull came from it.
     `cut_bottom`: the depth is AIS's own, uncorrected. `cut_top`: the height is a lower bound.
     `no_length`, `no_width`: AIS gives this dimension as 0. `no_height`: the box's upper edge lies
-    below the plane segment, so the height is 0 or negative. The state's own flags follow.
+    below the plane segment, so the height is 0 or negative. Of `doubts`, `unsure_place`: one sigma
+    of the place is over 10 m; `contradicts_ais`: the detection lies, looks or is wide as AIS makes
+    it hardly possible. The state's own flags follow.
     """
     conditions = {
         "cut_left": cut.left,
@@ -164,7 +168,7 @@ def pose_flags(cut: CutEdges, state: VesselState, box_height_m: float) -> list[s
         "no_width": state.width_m <= 0,
         "no_height": box_height_m <= 0,
     }
-    return [*(flag for flag, holds in conditions.items() if holds), *state.flags]
+    return [*(flag for flag, holds in conditions.items() if holds), *doubts, *state.flags]
 
 
 def _poses(
@@ -243,5 +247,5 @@ def _pose(pair: Sighting, box: VesselBox, placed: _Placed) -> FusedPose:
         segment_dead_reckoned_px=pixels[12:],
         segment_corrected_px=pixels[:4],
         correction_in_enu_m=placed.shift_in_enu,
-        flags=pose_flags(pair.cut, candidate.state, box.height_m),
+        flags=pose_flags(pair.cut, candidate.state, box.height_m, box.doubts),
     )

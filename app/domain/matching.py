@@ -125,4 +125,5 @@ def _totals(
     distance = 2 * center_x + np.abs(y2 - bottom) / image.height_px + width
     score = np.array([one.score for one in detections])[:, None]
     totals: FloatArray = np.full(distance.shape, np.inf)
-    return np.divide(distance, score, out=totals, where=score > 0)
+    np.divide(distance, score, out=totals, where=score > 0)
+    return totals

@@ -31,6 +31,7 @@ from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import state_covariance
 from app.domain.hull_outline import FULL_HULL, slim_outline
 from app.domain.sighting import Sighting
+from app.domain.vessel_state import HeadingSource
 
 ROUNDS = 5
 SHARED = 4  # unknowns of all ships: level_m, pitch, yaw, roll (rad)
@@ -42,6 +43,9 @@ _SUSPICIOUS = 2.5
 _ODD_WIDTH = 1.0  # and widths more than this, to say how a ship heads
 # The stated accuracy of AIS counts as much as what so many ships show of it.
 _PRIOR_SHIPS = 4.0
+# The same of headings, and limits of their scale: compasses may only be worse than said.
+_COMPASSES = (4.0, (1.0, 4.0))
+_COURSES = (1.0, (0.04, 4.0))
 
 
 class Roads:
@@ -84,6 +88,9 @@ class Roads:
         self.prior = np.linalg.inv(self.prior_covariance)
         rotation = radians(settings.rotation_sigma_deg)
         self.shared_prior = np.array([settings.level_sigma_m, *[rotation] * 3]) ** -2.0
+        self.is_reported = np.array(
+            [state.heading_source is HeadingSource.REPORTED for state in states]
+        )
         # The error of a ship's AIS is one, however many images show it.
         counts = Counter(state.identifier for state in states)
         self.share = np.array([1 / counts[state.identifier] for state in states])
@@ -118,11 +125,15 @@ class Roads:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Unknowns of the ships (n, 3), the shared ones (4,), and the covariances of all (n, 7, 7)."""
+    """Unknowns of the ships (n, 3), the shared ones (4,), and the covariances of all (n, 7, 7).
+
+    `deviation` (n,) is by how many sigmas the image contradicts AIS most.
+    """
 
     own: FloatArray
     shared: FloatArray
     covariance: FloatArray
+    deviation: FloatArray
 
 
 def solve(roads: Roads) -> Solution:
@@ -131,9 +142,9 @@ def solve(roads: Roads) -> Solution:
     own, shared = np.zeros((count, 3)), np.zeros(SHARED)
     for _ in range(ROUNDS):
         residual, by_own, by_shared, hull_variance = _linearised(roads, own, shared)
-        scale = _scale(roads, own)
-        prior, prior_covariance = roads.prior / scale, roads.prior_covariance * scale
         variance = roads.evidence_variance + hull_variance
+        scale = _scale(roads, variance, residual, by_own, own)
+        prior, prior_covariance = roads.prior / scale, roads.prior_covariance * scale
         deviation = _deviation(variance, prior_covariance, residual, by_own, own)
         variance[:, 1] *= np.maximum(1.0, deviation[:, 1] / _ODD_WIDTH) ** 2
         weighted = np.swapaxes(by_own / variance[..., None], 1, 2)
@@ -161,7 +172,7 @@ def solve(roads: Roads) -> Solution:
     covariance[:, 3:, 3:] = shared_covariance
     covariance[:, :3, 3:] = -gain @ shared_covariance
     covariance[:, 3:, :3] = np.swapaxes(covariance[:, :3, 3:], 1, 2)
-    return Solution(own, shared, covariance)
+    return Solution(own, shared, covariance, deviation.max(axis=1))
 
 
 def times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
@@ -169,20 +180,44 @@ def times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray((matrices @ vectors[..., None])[..., 0])
 
 
-def _scale(roads: Roads, own: FloatArray) -> FloatArray:
-    """Return by how much (3, 3) the covariances of AIS are to be rescaled to how far ships are off.
+def _scale(
+    roads: Roads,
+    variance: FloatArray,
+    residual: FloatArray,
+    by_own: FloatArray,
+    own: FloatArray,
+) -> FloatArray:
+    """Return by how much (n, 3, 3) covariances of AIS are to be rescaled to how far ships are off.
 
     The image shows each ship's error across the line of sight well, whatever the water does: what
-    all of them show there tells how good AIS is here along the line of sight too.
+    all of them show there tells how good AIS is here along the line of sight too. And how wide
+    ships look tells how good headings are, those of compasses and those taken from courses apart:
+    without current a course is far better than it is said to be.
     """
+    scale = np.ones((len(own), 3, 3))
     if not own.any():
-        return np.ones((3, 3))
+        return scale
     right = roads.right_in_en
     across = (own[:, :2] * right).sum(axis=1)
     expected = (right * times(roads.prior_covariance[:, :2, :2], right)).sum(axis=1)
     squares = np.minimum(across**2 / expected, _SUSPICIOUS**2)
-    scale = (_PRIOR_SHIPS + roads.share @ squares) / (_PRIOR_SHIPS + roads.share.sum())
-    return np.array([[scale, scale, 1.0], [scale, scale, 1.0], [1.0, 1.0, 1.0]])
+    place = (_PRIOR_SHIPS + roads.share @ squares) / (_PRIOR_SHIPS + roads.share.sum())
+    scale[:, :2, :2] = place
+    width = by_own[:, 1]
+    by_heading = width[:, 2] ** 2 * roads.prior_covariance[:, 2, 2]
+    by_place = (width[:, :2] * times(roads.prior_covariance[:, :2, :2], width[:, :2])).sum(axis=1)
+    others = by_place * place + variance[:, 1]
+    innovation = residual[:, 1] - (width * own).sum(axis=1)
+    excess = np.minimum(innovation**2, _SUSPICIOUS**2 * (by_heading + others)) - others
+    for group, prior, limits in (
+        (roads.is_reported, *_COMPASSES),
+        (~roads.is_reported, *_COURSES),
+    ):
+        # Each ship's square tells as much as the heading has part in it.
+        told = by_heading[group] / (by_heading + others)[group] ** 2 * roads.share[group]
+        heading = (prior + told @ excess[group]) / (prior + told @ by_heading[group])
+        scale[group, 2, 2] = np.clip(heading, *limits)
+    return scale
 
 
 def _deviation(

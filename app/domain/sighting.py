@@ -50,6 +50,7 @@ class VesselBox:
     corners at the water, whose ellipsoidal height is `water_level_m`; the top is
     `top_from_bottom_m` (3,) away from it. `position_covariance_in_enu_m2` (3, 3) is that of the
     box's centroid, east, north, up; it and the sigmas are None where they are not estimated.
+    `doubts` are flags of its geometry.
     """
 
     vessel_axes_in_world: FloatArray
@@ -61,3 +62,4 @@ class VesselBox:
     position_covariance_in_enu_m2: FloatArray | None = None
     heading_sigma_deg: float | None = None
     height_sigma_m: float | None = None
+    doubts: tuple[str, ...] = ()

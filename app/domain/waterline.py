@@ -19,6 +19,9 @@ from app.domain.fusion_settings import FusionSettings
 from app.domain.shared_water import Roads, Solution, solve, times
 from app.domain.sighting import Sighting, VesselBox
 
+# A place this unsure along its worst direction, and evidence that contradicts AIS this much.
+_UNSURE_PLACE_M = 10.0
+_CONTRADICTION = 4.0
 _TOP_M = 0.08  # masts a detector overlooks
 # A ship this high in share of its length has masts or a house amidships rather than a flat deck.
 _TALL_SHARE = 0.2
@@ -57,6 +60,8 @@ def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> l
     level_m, pitch, _, roll = solution.shared
     lifted_m = level_m + pitch * roads.range_m + roll * roads.aside_m
     axes = np.stack([forward, port, roads.up], axis=1)
+    is_unsure = np.linalg.eigvalsh(covariance[:, :2, :2])[:, -1] > _UNSURE_PLACE_M**2
+    is_odd = solution.deviation > _CONTRADICTION
     return [
         VesselBox(
             vessel_axes_in_world=axes[index],
@@ -68,6 +73,8 @@ def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> l
             position_covariance_in_enu_m2=covariance[index],
             heading_sigma_deg=float(heading_sigma_deg[index]),
             height_sigma_m=float(height_sigma_m[index]),
+            doubts=("unsure_place",) * bool(is_unsure[index])
+            + ("contradicts_ais",) * bool(is_odd[index]),
         )
         for index, sighting in enumerate(sightings)
     ]

@@ -201,6 +201,14 @@ class PoseOut(BaseModel):
     corners_in_image_px: Pixels
     segments_px: Segments
     correction_in_enu_m: list[float]
+    position_covariance_in_enu_m2: list[list[float]] | None = Field(
+        description=(
+            "Of `position`, east, north, up (3 x 3), relative to the registered camera; it and the "
+            "sigmas are null where the preset does not estimate them (`paper`)"
+        )
+    )
+    heading_sigma_deg: float | None = Field(description="One standard deviation")
+    height_sigma_m: float | None = Field(description="One standard deviation")
     report_age_s: float
     speed_kn: float
     flags: list[str]
@@ -255,6 +263,9 @@ class PoseOut(BaseModel):
                 corrected=list(pose.corrected_segment_px),
             ),
             correction_in_enu_m=pose.correction_in_enu_m,
+            position_covariance_in_enu_m2=pose.position_covariance_in_enu_m2,
+            heading_sigma_deg=pose.heading_sigma_deg,
+            height_sigma_m=pose.height_sigma_m,
             report_age_s=state.age_s,
             speed_kn=state.speed_kn,
             flags=pose.flags,

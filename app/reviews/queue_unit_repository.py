@@ -3,10 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import NamedTuple
 
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+from app.domain.review_order import Certainty, worst_sigma_m
 from app.tables.imagery import Image
 from app.tables.queues import ReviewQueueItem
 from app.tables.reviews import ImageCompletion, Review, verdict_order
@@ -52,16 +54,39 @@ def poses_in_time(
     return [Unit(row[0], row[1]) for row in rows]
 
 
-def costs_and_flags(
-    session: Session, run_id: int
-) -> Mapping[int, tuple[int, float, Sequence[str]]]:
-    """Return (image, cost, flags) of each pose of a run."""
+class Doubtable(NamedTuple):
+    """What is known of how sure a pose is; `certainty` where its estimator told."""
+
+    image_id: int
+    cost: float
+    flags: Sequence[str]
+    certainty: Certainty | None
+
+
+def doubtable(session: Session, run_id: int) -> Mapping[int, Doubtable]:
+    """Return how sure each pose of a run is."""
     rows = session.execute(
-        sa.select(Pose.id, Pose.image_id, Match.cost, Pose.flags)
+        sa.select(
+            Pose.id,
+            Pose.image_id,
+            Match.cost,
+            Match.cost_terms,
+            Pose.flags,
+            Pose.position_covariance_in_enu_m2,
+            Pose.heading_sigma_deg,
+            Pose.height_sigma_m,
+        )
         .join(Match, Match.id == Pose.match_id)
         .where(Pose.run_id == run_id)
     )
-    return {row[0]: (row[1], row[2], row[3]) for row in rows}
+    found = {}
+    for pose_id, image_id, cost, terms, flags, covariance, heading_deg, height_m in rows:
+        certainty = None
+        if covariance is not None and heading_deg is not None and height_m is not None:
+            place_m = worst_sigma_m(covariance)
+            certainty = Certainty(place_m, heading_deg, height_m, terms.get("probability"))
+        found[pose_id] = Doubtable(image_id, cost, flags, certainty)
+    return found
 
 
 def graders(session: Session, run_id: int) -> Mapping[int, Sequence[tuple[int | None, datetime]]]:

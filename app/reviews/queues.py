@@ -176,11 +176,9 @@ def _doubtful_first(session: Session, queue: ReviewQueue, units: Sequence[Unit])
     maximum = float(run.parameters.get("maximum_cost", 1.0))
     of_pose: dict[int, float] = {}
     of_image: dict[int, float] = {}
-    for pose_id, (image_id, cost, flags) in queue_unit_repository.costs_and_flags(
-        session, run.id
-    ).items():
-        of_pose[pose_id] = doubt(cost, maximum, flags)
-        of_image[image_id] = max(of_image.get(image_id, 0.0), of_pose[pose_id])
+    for pose_id, known in queue_unit_repository.doubtable(session, run.id).items():
+        of_pose[pose_id] = doubt(known.cost, maximum, known.flags, known.certainty)
+        of_image[known.image_id] = max(of_image.get(known.image_id, 0.0), of_pose[pose_id])
 
     def doubt_of(unit: Unit) -> float:
         return of_image.get(unit.image_id, 0.0) if unit.pose_id is None else of_pose[unit.pose_id]

@@ -4,6 +4,7 @@ import { copyOf, element, part } from "../page/parts";
 import { correctionOf, type Correction } from "./correction";
 import { costInWords, type CostPart } from "./cost";
 import { GRADE_NAMES, vesselName, type Grade, type Pose } from "./pose";
+import { ellipseOf } from "./map/ellipse";
 import { shipType } from "./ship-type";
 import { flagInWords, headingSourceInWords, trackMethodInWords } from "./words";
 import { idText } from "../vessel-id";
@@ -151,6 +152,24 @@ function fitFacts(pose: Pose): Fact[] {
     ["Moved", `${quantity(Math.hypot(east, north), "m", 1)} from AIS`],
     ["E, N, up", `${number(east, 1)}, ${number(north, 1)}, ${quantity(up, "m", 1)}`],
     ["Detection", `score ${number(pose.detection.score, 2)}`],
+    ...certaintyFacts(pose),
+  ];
+}
+
+/** How sure the generated box is, one standard deviation each; a person's is not measured. */
+function certaintyFacts(pose: Pose): Fact[] {
+  if (correctionOf(pose)?.kind === "edited") {
+    return [];
+  }
+  const ellipse = ellipseOf(pose);
+  if (ellipse === null || pose.heading_sigma_deg === null || pose.height_sigma_m === null) {
+    return [["Known to", "not told by preset paper"]];
+  }
+  const place = `${number(ellipse.longM, 1)} × ${quantity(ellipse.shortM, "m", 1)}`;
+  return [
+    ["Place", `± ${place}, the longer at ${heading(ellipse.bearingDeg)}`],
+    ["Heading", `± ${number(pose.heading_sigma_deg, 1)}°`],
+    ["Height", `± ${quantity(pose.height_sigma_m, "m", 1)}`],
   ];
 }
 

@@ -53,6 +53,13 @@ export function aPose({ id, imageId, grade = null, detection, corners }: Varied)
     correction_in_enu_m: [1.2, -0.4, 0],
     report_age_s: 1.5,
     speed_kn: 9.7,
+    position_covariance_in_enu_m2: [
+      [4, 0, 0],
+      [0, 9, 0],
+      [0, 0, 0.04],
+    ],
+    heading_sigma_deg: 2,
+    height_sigma_m: 0.3,
     flags: [],
     person_made: false,
     opinions: grade === null ? 0 : 1,

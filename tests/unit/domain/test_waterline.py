@@ -13,7 +13,8 @@ from app.domain.detection import Detection
 from app.domain.fusion import FusedPose, FusionSettings, Preset, SeenImage, fuse, fuse_series
 from app.domain.geodesy import EnuFrame
 from app.domain.metrics import BoxPose, PoseError, pose_error
-from app.domain.vessel_state import VesselState
+from app.domain.track_places import turn_deg
+from app.domain.vessel_state import HeadingSource, VesselState
 from app.simulation.roadstead import FRAME, Anchored, Roadstead, RoadsteadSettings, make_roadstead
 
 State = Callable[..., VesselState]
@@ -200,3 +201,37 @@ def test_a_side_cut_by_the_border_pulls_nothing(
     (pose,) = fuse(camera, frame, 0.0, [shown], [reported], WATERLINE).poses
     assert pose.flags == [f"cut_{side}"]
     assert pose.correction_in_enu_m[0] == pytest.approx(-6, abs=2.0)
+
+
+def test_headings_from_courses_are_believed_as_far_as_ships_bear_them_out() -> None:
+    """Where courses are far better than said, the image does not spoil them."""
+    errors: dict[str, list[float]] = {"state": [], "pose": []}
+    for seed in range(8):
+        stead = make_roadstead(seed, RoadsteadSettings(heading_sigma_deg=1.0))
+        states = [
+            replace(s.state, heading_sigma_deg=7.0, heading_source=HeadingSource.COURSE)
+            for s in stead.ships
+        ]
+        images = [
+            replace(image, states=[state])
+            for image, state in zip(images_of(stead.ships), states, strict=True)
+        ]
+        poses = poses_of(stead.camera, images, WATERLINE)
+        for pose, state, ship in zip(poses, states, stead.ships, strict=True):
+            errors["state"].append(abs(turn_deg(ship.heading_deg, state.heading_deg)))
+            errors["pose"].append(abs(turn_deg(ship.heading_deg, pose.heading_deg)))
+    assert np.mean(errors["pose"]) < np.mean(errors["state"]) + 0.3
+
+
+def test_doubtful_geometry_is_flagged() -> None:
+    """A place that is known to more than 10 m, and one that contradicts AIS, say so."""
+    stead = make_roadstead(13, RoadsteadSettings(position_sigma_m=5.0))
+    images = images_of(stead.ships)
+    unsure = replace(stead.ships[0].state, position_covariance_m2=(4e4, 0.0, 4e4))
+    alone = [SeenImage([stead.ships[0].detection], [unsure], 0.0)]
+    (pose,) = poses_of(stead.camera, alone, replace(WATERLINE, level_sigma_m=3.0))
+    assert "unsure_place" in pose.flags
+    far = moved(stead, stead.ships[0], north_m=150)
+    odd, *others = poses_of(stead.camera, [far, *images[1:]], WATERLINE)
+    assert "contradicts_ais" in odd.flags
+    assert sum("contradicts_ais" in pose.flags for pose in others) <= 1

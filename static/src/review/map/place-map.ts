@@ -6,6 +6,7 @@ import { number } from "../../format";
 import { correctionOf } from "../correction";
 import type { Pose } from "../pose";
 import type { RunCamera } from "../surroundings";
+import { ellipseOf, outlineOf } from "./ellipse";
 import { frameOf, metresFrom, roundLengthM, type MapFrame, type Metres } from "./map-frame";
 import { cutAt, type TrackPoint } from "./track";
 
@@ -16,6 +17,8 @@ const RADIANS = Math.PI / 180;
 /** A footprint is never drawn shorter than this, so that a tug 3 km away is still seen. */
 const LEAST_SHIP_PX = 14;
 const SCALE_BAR_PX = 80;
+/** Radius that holds 95 % of a normal distribution in two dimensions. */
+const SIGMAS_OF_95 = 2.448;
 
 export interface OnMap {
   readonly camera: RunCamera;
@@ -38,6 +41,7 @@ export function drawMap({ camera, pose, track, at }: OnMap): SVGSVGElement {
     path("place-map__view", cone(frame, looking, half)),
     path("place-map__track", line(frame, [...been, vessel.at])),
     path("place-map__track is-later", line(frame, [vessel.at, ...going])),
+    path("place-map__doubt", doubt(frame, pose, vessel.at)),
     path("place-map__ship", footprint(frame, vessel)),
     path("place-map__camera", cameraMark(frame, looking)),
     ...scaleBar(frame),
@@ -106,6 +110,12 @@ function footprint(frame: MapFrame, { at, headingDeg, lengthM, widthM }: Vessel)
     point(-half, -beam),
     point(shoulder, -beam),
   ])}Z`;
+}
+
+/** Where the vessel's middle is with 95 % probability; a place set by hand has no such ellipse. */
+function doubt(frame: MapFrame, pose: Pose, at: Metres): string {
+  const ellipse = correctionOf(pose) === null ? ellipseOf(pose) : null;
+  return ellipse === null ? "" : `${line(frame, outlineOf(ellipse, at, SIGMAS_OF_95))}Z`;
 }
 
 function cameraMark(frame: MapFrame, lookingDeg: number): string {
