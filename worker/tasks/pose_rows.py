@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from app.domain.camera import Camera
 from app.domain.candidates import UnmatchedReason
 from app.domain.fusion import FusionResult
 from app.domain.geodesy import WorldFrame
 from app.domain.vessel_state import VesselState
-from app.domain.waterplane import water_plane_segment
+from app.domain.waterplane import water_plane_segments
 from app.runs.batch_repository import PoseRows
 from app.runs.pose_columns import pixels, pose_columns
 
@@ -40,10 +42,15 @@ def state_rows(
     result: FusionResult,
 ) -> list[dict[str, Any]]:
     """Return the columns of `vessel_states` for the states worth keeping."""
+    kept = list(kept_states(states, result))
+    segments = water_plane_segments(frame, water_level_m, [states[index] for index in kept])
+    corners = np.array(
+        [(one.reported_corners_in_world, one.corners_in_world) for one in segments]
+    ).reshape(-1, 2, 4, 3)
+    shown = camera.project(corners).reshape(-1, 2, 4, 2)
     rows = []
-    for index in kept_states(states, result):
+    for index, (reported, dead_reckoned) in zip(kept, shown, strict=True):
         state = states[index]
-        segment = water_plane_segment(frame, water_level_m, state)
         rows.append(
             {
                 "mmsi": int(state.identifier),
@@ -65,8 +72,8 @@ def state_rows(
                 "flags": list(state.flags),
                 "outcome": str(result.unmatched_states.get(index, MATCHED)),
                 "segments_px": {
-                    "reported": pixels(camera.project(segment.reported_corners_in_world)),
-                    "dead_reckoned": pixels(camera.project(segment.corners_in_world)),
+                    "reported": pixels(reported),
+                    "dead_reckoned": pixels(dead_reckoned),
                 },
             }
         )
