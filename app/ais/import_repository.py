@@ -87,7 +87,7 @@ _LINE = "\t".join("%s" for _ in POSITION_COLUMNS)  # none of these texts is free
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where rows come from: the file, for which site, and which part of it.
+    """Where rows come from: the file, for which site, when it was read, and which part of it.
 
     `others` are the files that were being written when this one began, `last_id` is the last
     position's id before the part began.
@@ -95,6 +95,7 @@ class Origin:
 
     site_id: int | None
     file_id: int
+    read_at: datetime
     others: Sequence[int] = ()
     last_id: int = 0
 

@@ -9,6 +9,7 @@ is removed at once, what a dead process left before an import begins that is alo
 """
 
 import hashlib
+import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -91,43 +92,28 @@ def import_recording(
     same bytes for longer than the importer waits.
     """
     sha256, size_bytes = _content(source.stream)
-    tidy_up(database)
-    read_at = now()
-    with importing(database):
-        values = {
-            "site_id": importer.site_id,
-            "sha256": sha256,
-            "file_name": printable(source.file_name, _LONGEST_FILE_NAME) or "recording",
-            "format": "",
-            "size_bytes": size_bytes,
-            "accounting": {},
-            "mapping": source.mapping.as_dict() if source.mapping else None,
-            "created_at": read_at,
-            "created_by_id": importer.user_id,
-        }
-        begun = _begun(database, values, importer.wait_s)
-        if isinstance(begun, AisFile):
-            return Imported(begun, created=False)
-        try:
-            recording = Recording(
-                source.stream,
-                max_bytes=source.max_bytes,
-                mapping=source.mapping,
-                read_at=read_at,
-            )
-            summary = RecordingSummary()
-            parts = _told(recording, source.stream, size_bytes, importer.told)
-            new = _stored(database, begun, parts, summary)
-            source.stream.seek(0)
-            storage.put_stream(source.stream)
-            return Imported(
-                _shown(database, begun, recording, summary, new, importer), created=True
-            )
-        except BaseException:
-            # What cannot be removed now is removed before the next import.
-            with suppress(SQLAlchemyError):
-                _remove(database, begun.file_id)
-            raise
+    values = {
+        "site_id": importer.site_id,
+        "sha256": sha256,
+        "file_name": printable(source.file_name, _LONGEST_FILE_NAME) or "recording",
+        "format": "",
+        "size_bytes": size_bytes,
+        "accounting": {},
+        "mapping": source.mapping.as_dict() if source.mapping else None,
+        "created_at": now(),
+        "created_by_id": importer.user_id,
+    }
+    deadline = None if importer.wait_s is None else time.monotonic() + importer.wait_s
+    while deadline is None or time.monotonic() < deadline:
+        tidy_up(database)
+        with importing(database):
+            begun = _begun(database, values)
+            if isinstance(begun, AisFile):
+                return Imported(begun, created=False)
+            if begun is not None:
+                return Imported(_whole(database, storage, source, importer, begun), created=True)
+        time.sleep(_PAUSE_S)  # without the lock, so that what a dead process left can be removed
+    raise Unavailable("the same recording is being stored just now; try again soon")
 
 
 def tidy_up(database: Database) -> None:
@@ -165,22 +151,42 @@ def _content(stream: IO[bytes]) -> tuple[str, int]:
     return digest.hexdigest(), stream.tell()
 
 
-def _begun(database: Database, values: dict[str, Any], wait_s: float | None) -> Origin | AisFile:
-    """Add a file that nobody sees, or return the one with these bytes."""
-    deadline = None if wait_s is None else time.monotonic() + wait_s
-    site_id = values["site_id"]
-    while True:
-        with database.writing() as session:
-            import_repository.take_turn(session)
-            known = repository.file_of_content(session, values["sha256"], site_id)
-            if known is not None:
-                return known
-            if not import_repository.is_being_written(session, values["sha256"], site_id):
-                others = import_repository.unfinished(session)
-                return Origin(site_id, import_repository.add_file(session, values), others)
-        if deadline is not None and time.monotonic() > deadline:
-            raise Unavailable("the same recording is being stored just now; try again soon")
-        time.sleep(_PAUSE_S)
+def _begun(database: Database, values: dict[str, Any]) -> Origin | AisFile | None:
+    """Add a file that nobody sees; return the one with these bytes, None while it is written."""
+    sha256, site_id = values["sha256"], values["site_id"]
+    with database.writing() as session:
+        import_repository.take_turn(session)
+        known = repository.file_of_content(session, sha256, site_id)
+        if known is not None:
+            return known
+        if import_repository.is_being_written(session, sha256, site_id):
+            return None
+        others = import_repository.unfinished(session)
+        file_id = import_repository.add_file(session, values)
+        return Origin(site_id, file_id, values["created_at"], others)
+
+
+def _whole(
+    database: Database, storage: Storage, source: Source, importer: Importer, origin: Origin
+) -> AisFile:
+    """Write a file and show it; where that fails, remove it."""
+    try:
+        recording = Recording(
+            source.stream,
+            max_bytes=source.max_bytes,
+            mapping=source.mapping,
+            read_at=origin.read_at,
+        )
+        summary = RecordingSummary()
+        new = _stored(database, origin, _told(recording, source.stream, importer.told), summary)
+        source.stream.seek(0)
+        storage.put_stream(source.stream)
+        return _shown(database, origin, recording, summary, new, importer)
+    except BaseException:
+        # What cannot be removed now is removed before the next import.
+        with suppress(SQLAlchemyError):
+            _remove(database, origin.file_id)
+        raise
 
 
 def _remove(database: Database, file_id: int) -> None:
@@ -222,9 +228,10 @@ def _write(database: Database, origin: Origin, batch: RowBatch) -> int:
 
 
 def _told(
-    recording: Recording, stream: IO[bytes], size_bytes: int, told: Told | None
+    recording: Recording, stream: IO[bytes], told: Told | None
 ) -> Iterator[Iterator[Decoded]]:
     """Yield the recording's parts, telling now and then how much of it is read."""
+    size_bytes = stream.seek(0, os.SEEK_END)
     for reports in recording.parts():
         yield reports if told is None else _telling(reports, stream, size_bytes, told)
 

@@ -30,14 +30,15 @@ def database_image(columns: Mapping[str, Column]) -> bytes:
     """Return a database with a table `TABLE` of these columns.
 
     Columns: uint8 below 128, int32 and float64 as numbers, NaN for none; (n, letters) uint8 as
-    ASCII text. Raises ValueError for more rows than a tree of two levels holds.
+    ASCII text; all of the same length, one row or more. Raises ValueError for more rows than a tree
+    of two levels holds.
     """
     cells = _cells(list(columns.values()))
     rows, cell_bytes = cells.shape
     if rows > _MOST_ROWS:
         raise ValueError(f"{rows} rows are too many for a tree of two levels")
     per_page = (_PAGE_BYTES - _LEAF_HEAD_BYTES) // (cell_bytes + 2)
-    leaves = max(1, -(-rows // per_page))
+    leaves = -(-rows // per_page)
     room = np.zeros((leaves * per_page, cell_bytes), dtype=np.uint8)
     room[:rows] = cells
     counts = np.full(leaves, per_page)

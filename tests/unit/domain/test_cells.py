@@ -1,9 +1,10 @@
 """Cells of the globe's grid."""
 
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.cells import cell_of, cells_of_box
+from app.domain.cells import cell_of, cells_of, cells_of_box
 
 latitudes = st.floats(-90, 90)
 longitudes = st.floats(-180, 180)
@@ -29,3 +30,10 @@ def test_a_box_of_too_many_cells_has_none() -> None:
     harbour = cells_of_box(9.95, 53.52, 10.01, 53.56, 400)
     assert harbour is not None
     assert len(harbour) == len(set(harbour)) == 4
+
+
+@given(st.lists(st.tuples(latitudes, longitudes), min_size=1))
+def test_many_places_have_the_cells_that_each_has(places: list[tuple[float, float]]) -> None:
+    """The cells of a column of places are those of the places one by one."""
+    lat_deg, lon_deg = np.array(places).T
+    assert cells_of(lat_deg, lon_deg).tolist() == [cell_of(*place) for place in places]
