@@ -8,7 +8,7 @@ import { explain } from "../api";
 import { showFlash } from "../page/flashes";
 import { element, part } from "../page/parts";
 import { Keymap, keyNames } from "../review/keymap";
-import { contains, isLargeEnough, movedRect, rectBetween } from "../review/missed/missed-box";
+import { isLargeEnough, movedRect, rectBetween } from "../review/missed/missed-box";
 import { MissedPointer, type Grip } from "../review/missed/missed-pointer";
 import { DragPan } from "../viewer/gestures/drag-pan";
 import { PinchZoom } from "../viewer/gestures/pinch-zoom";
@@ -19,6 +19,7 @@ import { Viewer } from "../viewer/viewer";
 import { Board, type Act } from "./board";
 import { BoxesOverlay } from "./boxes-overlay";
 import { BOX_COMMANDS, CLASSES, STEPS } from "./commands";
+import { hintFor, smallestAt } from "./hints";
 import { BoxKeys } from "./keys";
 import { boxOf, stepped, type Scene, type VesselClass } from "./scene";
 import { BoxStore } from "./store";
@@ -393,20 +394,4 @@ export class DrawingScreen {
   private announce(words: string): void {
     part(this.root, "announcement").textContent = words;
   }
-}
-
-function hintFor({ pending, chosen }: Board, lastClass: VesselClass): string {
-  if (pending !== null) {
-    return `Which class? One key stores it; drawing on takes ${lastClass}.`;
-  }
-  return chosen === null
-    ? "Drag a box around every vessel, then press its class."
-    : "Drag it or its corners, press another class, or delete it.";
-}
-
-/** The smallest box under a point: a vessel of a convoy before the convoy. */
-function smallestAt({ boxes }: Board, at: Point): Board["chosen"] {
-  const area = ({ x1, y1, x2, y2 }: Rect): number => (x2 - x1) * (y2 - y1);
-  const under = boxes.filter(({ rect }) => contains(rect, at));
-  return under.sort((a, b) => area(a.rect) - area(b.rect))[0] ?? null;
 }
