@@ -7,6 +7,7 @@ import sqlalchemy as sa
 from starlette.testclient import TestClient
 
 from app.db import Database
+from app.exports import repository, service
 from app.tables.exports import Export
 from app.tables.identity import User
 from tests.factories.runs import Harbour, make_run
@@ -82,3 +83,36 @@ def test_a_viewer_gets_pseudonyms_whatever_the_form_says(
     for browser in (viewer, reviewer):
         assert browser.post("/exports", data=form).status_code == 303
     assert [export.anonymise for export in exports(database)] == [True, False]
+
+
+def test_a_selection_in_the_url_fills_the_form_in(
+    run_id: int, browser_of: Callable[[User], TestClient], make_user: Callable[..., User]
+) -> None:
+    """Filters have the names they have elsewhere; one that is none is refused."""
+    browser = browser_of(make_user("reviewer"))
+    opened = browser.get(f"/exports?run_id={run_id}&grade=good&grade=ok&range_max_m=500&split=day")
+    assert opened.status_code == 200
+    assert 'value="500"' in opened.text
+    assert opened.text.count("checked") == 2
+    assert browser.get("/exports?run.site.name=1").status_code == 422
+
+
+def test_an_export_under_way_shows_its_pace_and_can_be_cancelled(
+    database: Database,
+    run_id: int,
+    browser_of: Callable[[User], TestClient],
+    make_user: Callable[..., User],
+) -> None:
+    """Poses of how many, a second, what remains; a press of the button ends it."""
+    browser = browser_of(make_user("reviewer"))
+    form = {"format": "kitti", "run_id": str(run_id), "split": "day", "grade": ["good", "ungraded"]}
+    browser.post("/exports", data=form)
+    (export,) = exports(database)
+    with database.writing() as session:
+        service.begin(session, export.id)
+        repository.advance(session, export.id, 3, 6)
+    listed = browser.get("/exports")
+    assert listed.status_code == 200, listed.text
+    assert "a second" in listed.text
+    assert browser.post(f"/exports/{export.id}/cancel").status_code == 303
+    assert [each.status.value for each in exports(database)] == ["cancelled"]
