@@ -48,7 +48,6 @@ WEAK_COPYLEFT = {
 }
 ACCEPTED = PERMISSIVE | WEAK_COPYLEFT
 REASONS = {
-    "faster-coco-eval": "Apache-2.0 by the licence file it brings; its metadata do not say so",
     "pycocotools": "FreeBSD is the BSD licence of two clauses; for tests",
     "text-unidecode": "a choice of Artistic License or GPL, of which we take the first; for tests",
 }
