@@ -21,6 +21,7 @@ from app.admin.people_schemas import (
 from app.auth import links, mailed_links, second_factor, service, users
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
+from app.auth.idempotency import IdempotentRoute
 from app.auth.versions import check_if_match
 from app.config import Settings
 from app.dependencies import JobsDep, Page, SessionDep, SettingsDep, public_address
@@ -30,6 +31,7 @@ from app.reviews import queues
 
 # The plain route class: answers with a link's token must not be stored for a repetition.
 router = APIRouter(tags=["users"])
+repeatable = APIRouter(tags=["users"], route_class=IdempotentRoute)
 Administrator = Annotated[Access, allowed(Scope.ADMIN)]
 SignedIn = Annotated[Access, allowed(None)]
 
@@ -104,7 +106,7 @@ def change_second_factor(
     return FactorOut(is_on=user.totp_secret is not None, is_demanded=user.totp_required)
 
 
-@router.post("/users/{user_id}/hand-over")
+@repeatable.post("/users/{user_id}/hand-over")
 def hand_over(
     user_id: int,
     data: HandOverIn,
@@ -161,3 +163,6 @@ def _sessions(session: Session, access: Access, user_id: int) -> Page[SessionOut
 def _check_mail(settings: Settings, *, by_mail: bool) -> None:
     if by_mail and not settings.sends_mail:
         raise Invalid.field("by_mail", "no mail server is configured; hand the link on yourself")
+
+
+router.include_router(repeatable)

@@ -112,7 +112,11 @@ def installation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installat
 
 def _told_of(provider: IdentityProvider) -> dict[str, str]:
     told = {f"QUAYMARK_{name.upper()}": value for name, value in provider.environment().items()}
-    return told | {"QUAYMARK_OIDC_ALLOWED_NETWORKS": '["127.0.0.0/8"]'}
+    return told | {
+        "QUAYMARK_OIDC_ALLOWED_NETWORKS": '["127.0.0.0/8"]',
+        "QUAYMARK_SMTP_HOST": "127.0.0.1",
+        "QUAYMARK_SMTP_SENDER": "quaymark@harbour.example",
+    }
 
 
 def _say_nothing(_text: str, *, fleeting: bool = False) -> None:
