@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.errors import AppError, Invalid
-from app.published_files import FIRST_STAND_IN, STAND_INS
+from app.stand_ins import FIRST_STAND_IN, STAND_INS
 
 if TYPE_CHECKING:
     from app.domain.camera import Camera
@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 EPOCH = datetime(2022, 1, 1, tzinfo=UTC)
 APART = timedelta(hours=1)
 OLDEST_REPORT_S = 3000  # less than `APART`
-FIRST_MMSI = FIRST_STAND_IN
-MMSI_COUNT = STAND_INS
 SAME_K_PX = 1e-3
 COCO_BOAT_CATEGORY = 9
 SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif")
@@ -264,4 +262,4 @@ def _age(vessel: "PublishedVessel") -> timedelta:
 def pseudo_mmsi(identifier: str) -> int:
     """Return a number that stands for a vessel; the same identifier always has the same."""
     digest = hashlib.sha256(identifier.encode()).digest()
-    return FIRST_MMSI + int.from_bytes(digest[:8]) % MMSI_COUNT
+    return FIRST_STAND_IN + int.from_bytes(digest[:8]) % STAND_INS

@@ -17,8 +17,6 @@ from app.domain.vessel_state import VesselState
 from app.errors import Invalid
 
 PUBLISHED_WATER_LEVEL_M = 0.0
-# Vessels of labels get numbers here, with digits that no country has.
-FIRST_STAND_IN, STAND_INS = 200_000_000, 1_000_000
 _SPEED_NOT_AVAILABLE_KN = 102.3  # ITU-R M.1371, speed over ground 1023
 _HEADINGS_END_DEG = 360.0  # 511 means "not available"
 

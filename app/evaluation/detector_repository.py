@@ -49,7 +49,7 @@ def images(session: Session, chosen: Selection, file_id: int | None) -> list[Tru
         GroundTruthImage.file_id,
     ).where(*_conditions(chosen, file_id), GroundTruthImage.is_complete)
     order = (GroundTruthImage.file_id, GroundTruthImage.coco_id, GroundTruthImage.id)
-    return [TrueImage(*row) for row in session.execute(statement.order_by(*order)).tuples()]
+    return [TrueImage(*row) for row in session.execute(statement.order_by(*order))]
 
 
 def count_images(session: Session, chosen: Selection, file_id: int | None) -> int:
@@ -147,7 +147,7 @@ def sets(session: Session, images: Sequence[TrueImage], model_sha256: str | None
         ).where(DetectionSet.image_sha256.in_(keys[start : start + _AT_ONCE]))
         if model_sha256 is not None:
             statement = statement.where(DetectionSet.model_sha256 == model_sha256)
-        found += [FoundSet(*row) for row in session.execute(statement).tuples()]
+        found += [FoundSet(*row) for row in session.execute(statement)]
     return found
 
 

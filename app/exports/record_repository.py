@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.exports.id_lists import among
 from app.exports.writers.records import ImageRecord
-from app.published_files import FIRST_STAND_IN, STAND_INS
+from app.stand_ins import FIRST_STAND_IN, STAND_INS
 from app.tables.ais import Vessel
 from app.tables.detection import Detection
 from app.tables.imagery import Image

@@ -19,6 +19,7 @@ from app.logs import configure_logs
 from app.main import create_app
 
 GRACE_S = 20
+KEEP_ALIVE_S = 75
 LEAVES_WITHIN_S = 26.0  # an orchestrator kills after 30 s
 
 
@@ -73,6 +74,8 @@ def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
             # Beyond what we answer ourselves (app/auth/hosts.py), the server cuts the line.
             h11_max_incomplete_event_size=256 * 1024,
             timeout_graceful_shutdown=GRACE_S,
+            # Longer than the minute for which proxies keep a connection to use it again.
+            timeout_keep_alive=KEEP_ALIVE_S,
         ),
         app.state.leaving,
     )

@@ -145,6 +145,7 @@ def test_an_image_without_any_pose_is_reviewed_too(
     asked = {
         "viewport_id": installation.harbour.viewport_ids[0],
         "detector": DETECTOR_NAME,
+        "preset": "paper",
         "parameters": {"maximum_cost": 1e-6},
     }
     run_id = api.post("/runs", json=asked).json()["id"]

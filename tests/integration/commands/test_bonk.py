@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.bonk import FIRST_MMSI, MMSI_COUNT, pseudo_mmsi
+from app.bonk import pseudo_mmsi
 from app.config import Settings
+from app.stand_ins import FIRST_STAND_IN, STAND_INS
 from tests.integration.commands.conftest import Shell
 from tests.worker_process import WorkerProcess
 
@@ -136,6 +137,6 @@ def test_pseudo_numbers_are_stable_and_nobodys() -> None:
     """A vessel has the same number in every import, with the digits 200 that no country has."""
     assert pseudo_mmsi("16d85289b2ac78f0") == pseudo_mmsi("16d85289b2ac78f0")
     numbers = {pseudo_mmsi(str(each)) for each in range(1000)}
-    assert min(numbers) >= FIRST_MMSI
-    assert max(numbers) < FIRST_MMSI + MMSI_COUNT
+    assert min(numbers) >= FIRST_STAND_IN
+    assert max(numbers) < FIRST_STAND_IN + STAND_INS
     assert len(numbers) > 990
