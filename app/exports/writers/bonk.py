@@ -79,10 +79,7 @@ def _object(pose: PoseRecord) -> dict[str, object]:
             "eulerAngles": [[value] for value in pose.rotvec_cam_from_vessel],
         },
         "height_exact": pose.height_m,
-        "grade": None if pose.review is None else pose.review.grade,
-        "reasons": [] if pose.review is None else list(pose.review.reasons),
-        "flags": list(pose.flags),
-        "source": pose.source,
+        **pose.judged(),
     }
 
 

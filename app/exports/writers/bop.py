@@ -167,10 +167,7 @@ def _provenance(frame: Frame) -> dict[str, object]:
             {
                 "quaymark_pose_id": pose.id,
                 "vessel": pose.vessel,
-                "grade": None if pose.review is None else pose.review.grade,
-                "reasons": [] if pose.review is None else list(pose.review.reasons),
-                "flags": list(pose.flags),
-                "source": pose.source,
+                **pose.judged(),
                 "corners_2d": pose.corners_in_image_px,
             }
             for pose in frame.poses

@@ -111,10 +111,7 @@ def _sidecar(frame: Frame) -> dict[str, object]:
                 "centroid_in_cam_m": pose.centroid_in_cam_m,
                 "corners_2d": pose.corners_in_image_px,
                 "vessel": pose.vessel,
-                "grade": None if pose.review is None else pose.review.grade,
-                "reasons": [] if pose.review is None else list(pose.review.reasons),
-                "flags": list(pose.flags),
-                "source": pose.source,
+                **pose.judged(),
                 "quaymark_pose_id": pose.id,
             }
             for pose in frame.poses

@@ -97,6 +97,15 @@ class PoseRecord:
     source: str = "generated"
     part: str | None = None
 
+    def judged(self) -> dict[str, object]:
+        """Return what formats say of a pose beside its geometry: verdict, flags, source."""
+        return {
+            "grade": None if self.review is None else self.review.grade,
+            "reasons": [] if self.review is None else list(self.review.reasons),
+            "flags": list(self.flags),
+            "source": self.source,
+        }
+
 
 @dataclass(slots=True)
 class StateRecord:
