@@ -1,6 +1,7 @@
 """Real worker processes on both databases."""
 
 import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from tests.integration.conftest import (
     sqlite_template,
 )
 from tests.integration.runs.conftest import start_worker
-from tests.worker_process import WorkerProcess
+from tests.worker_process import WorkerProcess, wait_until
 
 __all__ = [
     "database",
@@ -54,8 +55,16 @@ def is_running(pid: int) -> bool:
 
 
 def send(pid: int, number: int) -> None:
-    """Send a process a signal."""
+    """Send a process a signal; a stop is waited for, since each thread heeds it in its own time."""
     os.kill(pid, number)
+    if number == signal.SIGSTOP:
+        wait_until(lambda: is_stopped(pid), what="the stop of every thread")
+
+
+def is_stopped(pid: int) -> bool:
+    """Tell whether every thread of a process is stopped (`proc(5)`: state T after the name)."""
+    threads = Path(f"/proc/{pid}/task").glob("*/stat")
+    return all(stat.read_text().rpartition(")")[2].split()[0] == "T" for stat in threads)
 
 
 class Runs:
