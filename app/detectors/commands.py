@@ -44,7 +44,7 @@ def list_models(
     for model in models:
         reason = f"  {model.reason}" if model.reason else ""
         typer.echo(
-            f"{model.name:<24} {model.family:<9} {model.status:<8} "
+            f"{model.name:<24} {model.family:<25} {model.status:<8} "
             f"{model.size_bytes / 2**20:7.1f} MB{reason}"
         )
     if not models:
@@ -74,17 +74,25 @@ def add(
     file: Annotated[
         Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="An ONNX file")
     ],
-    family: Annotated[str, typer.Option(help="What its input and output mean: yolox")],
     name: Annotated[str, typer.Option(help="How runs call it")],
+    family: Annotated[
+        str,
+        typer.Option(
+            help="What its inputs and outputs mean: yolox, yolov3, detr, deformable-detr, "
+            "deformable-detr-two-stage or cascade-rcnn; auto: as they show"
+        ),
+    ] = "auto",
     *,
     wait: Wait = False,
 ) -> None:
     """Add a detector of your own and have it tried by a worker."""
-    from app.detectors.service import FAMILIES, add_model_file
+    from app.detectors.families import AUTO, FAMILIES
+    from app.detectors.service import add_model_file
     from app.installation import open_installation
 
-    if family not in FAMILIES:
-        raise typer.BadParameter(f"choose one of {', '.join(FAMILIES)}", param_hint="--family")
+    if family not in FAMILIES and family != AUTO:
+        known = ", ".join((AUTO, *FAMILIES))
+        raise typer.BadParameter(f"choose one of {known}", param_hint="--family")
     with open_installation() as here:
         added = add_model_file(
             here.database,
@@ -102,7 +110,9 @@ def _tell(database: "Database", added: "AddedModel", *, wait: bool) -> None:
     model = _tried(database, added.model.id) if wait else added.model
     if model.reason is not None:
         raise AppError(f"{model.name} was refused: {model.reason}")
-    typer.echo(f"{model.name} is {model.status}" + ("" if added.created else " (known already)"))
+    family = "" if model.family == "auto" else f", family {model.family}"
+    known = "" if added.created else " (known already)"
+    typer.echo(f"{model.name} is {model.status}{family}{known}")
 
 
 def _tried(database: "Database", model_id: int) -> "Model":

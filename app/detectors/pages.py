@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import DatabaseDep, JobsDep, SessionDep, SettingsDep, StorageDep
 from app.detectors import actions, service
+from app.detectors.families import AUTO, FAMILIES
 from app.errors import AppError
 from app.tables.detection import ModelStatus
 from app.templating import page
@@ -35,7 +36,7 @@ def add_model(
     access: Operator,
     file: UploadFile,
     name: Annotated[str, Form()],
-    family: Annotated[str, Form()] = "yolox",
+    family: Annotated[str, Form()] = AUTO,
 ) -> Response:
     """Add a model and show it."""
     try:
@@ -108,7 +109,7 @@ def _page(
     access: Access,
     *,
     name: str = "",
-    family: str = "yolox",
+    family: str = AUTO,
     boxes_name: str = "",
     model_error: AppError | None = None,
     boxes_error: AppError | None = None,
@@ -120,7 +121,7 @@ def _page(
         status_code=error.status if error else 200,
         crumbs=[{"label": "Models"}],
         models=service.all_models(session),
-        families=[(family, family) for family in service.FAMILIES],
+        families=[(AUTO, "As its inputs and outputs show"), *FAMILIES.items()],
         imported_family=service.IMPORTED_FAMILY,
         name=name,
         family=family,

@@ -73,12 +73,20 @@ def set_outcome(
     status: ModelStatus,
     reason: str | None,
     signature: Mapping[str, object],
+    family: str | None,
 ) -> None:
     """Say what the probe found; a model that is no longer being probed stays as it is."""
+    values: dict[str, object] = {
+        "status": status,
+        "reason": reason,
+        "signature": dict(signature),
+    }
+    if family is not None:
+        values["family"] = family
     session.execute(
         sa.update(Model)
         .where(Model.id == model_id, Model.status == ModelStatus.PROBING)
-        .values(status=status, reason=reason, signature=dict(signature))
+        .values(**values)
     )
 
 

@@ -15,6 +15,7 @@ from app.dependencies import (
     StorageDep,
 )
 from app.detectors import actions, service
+from app.detectors.families import AUTO
 from app.detectors.schemas import ImportedDetectionsOut, ModelOut
 from app.tables.detection import ModelStatus
 
@@ -37,7 +38,14 @@ def add_model(
     file: UploadFile,
     name: Annotated[str, Form(description="How runs call it", examples=["yolox-s-harbour"])],
     response: Response,
-    family: Annotated[str, Form(description="yolox: exported by the YOLOX project")] = "yolox",
+    family: Annotated[
+        str,
+        Form(
+            description="yolox, yolov3, detr, deformable-detr, deformable-detr-two-stage or "
+            "cascade-rcnn; auto: the worker tells by the model's inputs and outputs",
+            examples=["auto"],
+        ),
+    ] = AUTO,
 ) -> ModelOut:
     """Add an ONNX model; a worker tries it, and `status` becomes `ready` or `refused`.
 

@@ -15,7 +15,11 @@ class ModelOut(BaseModel):
 
     id: int
     name: str
-    family: str = Field(description="yolox, or imported: boxes that came from elsewhere")
+    family: str = Field(
+        description="What its inputs and outputs mean: yolox, yolov3, detr, deformable-detr, "
+        "deformable-detr-two-stage, cascade-rcnn; auto while the worker is yet to tell; "
+        "imported: boxes that came from elsewhere"
+    )
     sha256: str
     size_bytes: int
     status: ModelStatus

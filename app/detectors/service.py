@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session
 
 from app.db import Database
 from app.detectors import repository
+from app.detectors.families import AUTO, FAMILIES
 from app.detectors.onnx_file import ExternalDataError, NotOnnxError, inspect_model_path
 from app.errors import Conflict, Invalid, NotFound, TooLarge, UnsupportedMedia
 from app.jobs import JobClient, JobQueue
@@ -28,7 +29,6 @@ PROBE_JOB = "probe_model"
 IMPORTED_FAMILY = "imported"
 # Imported boxes have no settings of ours: one constant stands for "as they came".
 IMPORTED_SETTINGS_SHA256 = hashlib.sha256(b"imported").hexdigest()
-FAMILIES = ("yolox",)
 LONGEST_NAME = 200
 NO_MODEL = "there is no such model"
 _CHUNK_BYTES = 1 << 20
@@ -60,9 +60,9 @@ def checked_name(name: str) -> str:
 
 
 def checked_family(family: str) -> str:
-    """Return a family that the worker can run. Raises Invalid."""
-    if family not in FAMILIES:
-        raise Invalid.field("family", f"choose one of: {', '.join(FAMILIES)}")
+    """Return a family that the worker can run, or `auto`. Raises Invalid."""
+    if family not in FAMILIES and family != AUTO:
+        raise Invalid.field("family", f"choose one of: {', '.join((AUTO, *FAMILIES))}")
     return family
 
 
@@ -184,9 +184,13 @@ def delete_model(session: Session, model: Model) -> None:
 def finish_probe(
     session: Session, model_id: int, *, reason: str | None, signature: dict[str, object] | None
 ) -> None:
-    """Say what the probe found: ready with a signature, or refused for a reason."""
+    """Say what the probe found: ready with a signature and its family, or refused for a reason."""
     status = ModelStatus.READY if reason is None else ModelStatus.REFUSED
-    repository.set_outcome(session, model_id, status, reason, signature or {})
+    signature = signature or {}
+    family = signature.get("family")
+    repository.set_outcome(
+        session, model_id, status, reason, signature, str(family) if family in FAMILIES else None
+    )
 
 
 @contextmanager
@@ -207,6 +211,6 @@ def _same_model(session: Session, name: str, family: str, sha256: str) -> Model:
     model = repository.model_of_name(session, name)
     if model is None:
         raise Conflict(f"the model {name!r} was deleted just now; send it again")
-    if (model.sha256, model.family) != (sha256, family):
+    if model.sha256 != sha256 or (AUTO not in {family, model.family} and model.family != family):
         raise Conflict(f"another model has the name {name!r} already; choose another name")
     return model

@@ -5,6 +5,9 @@ a logarithmic size relative to the cell, the probability that something is there
 each class. Almost all cells see nothing, so the score is looked at first and only what remains is
 decoded, which is twenty times faster than the other way round.
 
+Some exports contain that step (`decode_in_inference`) and have the same shape: their rows are
+centres and sizes in input pixels. No size of theirs is negative, and centres lie near their cells.
+
 Source: YOLOX, `demo_postprocess` and `multiclass_nms` (class-agnostic) of its ONNX demo.
 """
 
@@ -54,12 +57,13 @@ def detections_of(
         & np.isin(classes, settings.class_ids)
         & np.isfinite(rows[:, :4]).all(axis=1)
     )
-    boxes = _boxes_in_input_px(
-        rows[wanted].astype(np.float64),
-        candidates[wanted],
-        letterbox.input_width_px,
-        letterbox.input_height_px,
-    )
+    size = (letterbox.input_width_px, letterbox.input_height_px)
+    numbers = rows[wanted].astype(np.float64)
+    if is_decoded(output, *size):
+        half_size = numbers[:, 2:4] / 2
+        boxes = np.concatenate([numbers[:, :2] - half_size, numbers[:, :2] + half_size], axis=1)
+    else:
+        boxes = _boxes_in_input_px(numbers, candidates[wanted], *size)
     scores, classes = scores[wanted].astype(np.float64), classes[wanted]
     stay = suppress(boxes, scores, settings.nms_iou)
     return [
@@ -69,6 +73,17 @@ def detections_of(
         )
         if x2 > x1 and y2 > y1  # a box within the padding has nothing left
     ]
+
+
+def is_decoded(output: Float32Array, width_px: int, height_px: int) -> bool:
+    """Whether rows (cells, 5 + classes) are centres and sizes in input px, not offsets."""
+    if not (output[:, 2:4] > 0).all():  # a raw network has negative logarithms
+        return False
+    grid = _grid(width_px, height_px)
+    stride = grid[:, 2:]
+    as_pixels = np.abs(output[:, :2] / stride - grid[:, :2] - 0.5)
+    as_offsets = np.abs(output[:, :2] - 0.5)
+    return bool(np.median(as_pixels) < np.median(as_offsets))
 
 
 def _boxes_in_input_px(

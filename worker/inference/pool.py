@@ -37,7 +37,7 @@ class DetectorPool:
         self._session_settings = SessionSettings(
             threads=settings.detector_threads, providers=tuple(settings.detector_providers)
         )
-        self._loaded: dict[tuple[str, str], Detector] = {}
+        self._loaded: dict[tuple[str, str, str], Detector] = {}
 
     def get(self, model: Model, settings: FusionSettings) -> Detector:
         """Return a model's detector.
@@ -51,7 +51,7 @@ class DetectorPool:
             nms_iou=settings.nms_iou,
             class_ids=settings.class_ids,
         )
-        key = (model.sha256, detection.sha256)
+        key = (model.sha256, model.family, detection.sha256)
         if key not in self._loaded:
             while len(self._loaded) >= MOST_LOADED:
                 self._loaded.pop(next(iter(self._loaded)))

@@ -6,10 +6,12 @@ for and not installed is an error: silently falling back to the processor costs 
 that nobody would understand.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import onnxruntime
 
 from app.detectors.onnx_file import ModelFileError, inspect_model_path
@@ -85,11 +87,24 @@ class OnnxSession:
             ModelRefusedError: the runtime gave up on the model half-way.
 
         """
+        name = self.outputs[0].name
+        (output,) = self.answers([name], {self.inputs[0].name: tensor})
+        return np.asarray(output, dtype=np.float32)
+
+    def answers(
+        self, outputs: Sequence[str], feeds: Mapping[str, npt.NDArray[np.generic]]
+    ) -> list[npt.NDArray[np.generic]]:
+        """Return the outputs of these names for all inputs by name.
+
+        Raises:
+            ModelRefusedError: the runtime gave up on the model half-way.
+
+        """
         try:
-            output = self._session.run([self.outputs[0].name], {self.inputs[0].name: tensor})[0]
+            found = self._session.run(list(outputs), dict(feeds))
         except Exception as error:  # as above
             raise ModelRefusedError(f"the model does not run: {str(error)[:300]}") from error
-        return np.asarray(output, dtype=np.float32)
+        return [np.asarray(output) for output in found]
 
 
 def _without_place(error: Exception, path: Path) -> str:

@@ -24,7 +24,7 @@ def test_adding_waits_for_the_verdict_of_a_worker(
         good = quaymark("model", "add", weights, "--family", "yolox", "--name", "nano", "--wait")
         bad = quaymark("model", "add", unfit, "--family", "yolox", "--name", "unfit", "--wait")
 
-    assert (good.code, good.out) == (0, "nano is ready\n"), good.error
+    assert (good.code, good.out) == (0, "nano is ready, family yolox\n"), good.error
     assert bad.code == 1
     assert "unfit was refused: " in bad.error
     assert "nano" in quaymark("model", "list").out

@@ -13,12 +13,13 @@ from starlette.testclient import TestClient
 from app.auth.access import Scope
 from app.config import Settings
 from app.db import Database
-from app.detectors.service import FAMILIES
+from app.detectors.families import FAMILIES
 from app.main import create_app
 from app.tables.detection import DetectionSet, Model, ModelStatus
 from app.tables.identity import Role, User
 from tests.factories.detectors import crashing, make_model, with_external_data
 from tests.factories.onnx_models import yolox_like
+from tests.factories.random_networks import Network, Output, build
 from tests.factories.sites import make_site
 from tests.integration.conftest import MakeUser
 from tests.worker_process import WorkerProcess, wait_until
@@ -47,15 +48,18 @@ def test_models_are_tried_by_the_worker(
 ) -> None:
     """Real weights get ready; what does not fit or crashes the runtime is refused; all live on."""
     weights = (shared_dir / "models/yolox_nano.onnx").read_bytes()
+    detr = [Output("logits", (1, 100, 92)), Output("pred_boxes", (1, 100, 4))]
     uploads = {
         "real": weights,
         "crashing": crashing(),
         "one channel": yolox_like(input_shape=(1, 1, 64, 64)),
         "other output": yolox_like(output_shape=(1, 100, 85)),
+        "unnamed": build(Network(detr)),
     }
     locations = {}
     for name, data in uploads.items():
-        answer = send(client, data, name)
+        family = {} if name == "unnamed" else {"family": "yolox"}
+        answer = send(client, data, name, **family)
         assert answer.status_code == 202
         assert answer.json()["status"] == "probing"
         locations[name] = answer.headers["location"]
@@ -72,9 +76,12 @@ def test_models_are_tried_by_the_worker(
     other = tried(client, locations["other output"])
     assert other["status"] == "refused"
     assert "expected is one float32 output [1, 84, 5 + classes]" in other["reason"]
+    unnamed = tried(client, locations["unnamed"])
+    assert (unnamed["status"], unnamed["family"]) == ("ready", "detr")
+    assert send(client, uploads["unnamed"], "unnamed").status_code == 200
     assert worker.code is None
     ready = client.get("/api/v1/models", params={"status": "ready"}).json()["items"]
-    assert [model["name"] for model in ready] == ["real"]
+    assert [model["name"] for model in ready] == ["real", "unnamed"]
 
 
 @pytest.mark.parametrize(

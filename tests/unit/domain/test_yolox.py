@@ -21,6 +21,27 @@ def quiet_output(classes: int = 80) -> np.ndarray[tuple[int, int], np.dtype[np.f
     return np.zeros((CELLS, 5 + classes), dtype=np.float32)
 
 
+def decoded_by_the_graph(
+    output: np.ndarray[tuple[int, int], np.dtype[np.float32]],
+) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
+    """Return what a network exported with `decode_in_inference` would have given instead."""
+    cells = [
+        (column, row, stride)
+        for stride in (8, 16, 32)
+        for row in range(96 // stride)
+        for column in range(160 // stride)
+    ]
+    rows = output.copy()
+    for row, (x, y, stride) in zip(rows, cells, strict=True):
+        row[:4] = [
+            (row[0] + x) * stride,
+            (row[1] + y) * stride,
+            exp(row[2]) * stride,
+            exp(row[3]) * stride,
+        ]
+    return rows
+
+
 def naive(output: np.ndarray[tuple[int, int], np.dtype[np.float32]]) -> list[Detection]:
     """Decode cell by cell in the order of the output: all cells first, thresholds last."""
     found = []
@@ -111,3 +132,18 @@ def test_senseless_numbers_give_no_senseless_boxes(value: float) -> None:
 def test_shapes_of_the_official_export() -> None:
     """416 x 416 pixels have 3,549 cells, and 85 columns tell 80 classes apart."""
     assert (cell_count(416, 416), class_count(85)) == (3549, 80)
+
+
+@pytest.mark.parametrize("low", [-2.0, 0.0])
+def test_a_graph_that_decodes_itself_gives_the_same_boxes(low: float) -> None:
+    """Decoded rows are told from raw ones, though no raw number be negative either."""
+    random = np.random.default_rng(3)
+    output = quiet_output()
+    output[:, :4] = random.uniform(low, 1, (CELLS, 4))
+    output[:, [4, 5 + 8]] = random.uniform(0, 1, (CELLS, 2))
+    raw = detections_of(output, LETTERBOX, ALL_STAY)
+    decoded = detections_of(decoded_by_the_graph(output), LETTERBOX, ALL_STAY)
+    assert len(raw) > 10
+    for one, other, plain in zip(raw, decoded, naive(output), strict=True):
+        assert one.edges_px == pytest.approx(other.edges_px, abs=1e-3)
+        assert one.edges_px == pytest.approx(plain.edges_px)

@@ -1,22 +1,25 @@
-"""The YOLOX family: models as the YOLOX project exports them (`decode_in_inference` off).
+"""The YOLOX family: models as the YOLOX project exports them, `decode_in_inference` off or on.
 
 Such a model takes one letterboxed image, float32 [1, 3, height, width], and gives one row for
 every cell of three grids, [1, cells, 5 + classes]. Many other exports look alike and mean other
-numbers, so all of this is checked before the first photograph. A model that names its classes in
-its metadata (`class_names`, a JSON list) may have any number of them; one that does not is taken
-to have COCO's.
+numbers, so all of this is checked before the first photograph; whether the graph decodes its rows
+only the rows themselves can tell. A model that names its classes in its metadata (`class_names`, a
+JSON list) may have any number of them; one that does not is taken to have COCO's.
 """
 
-import json
 from dataclasses import dataclass
 
 from app.domain.arrays import UInt8Array
 from app.domain.detection import COCO_BOAT, Detection, DetectionSettings
 from app.domain.letterbox import Letterbox
 from app.domain.yolox import STRIDES, cell_count, class_count, detections_of
+from worker.inference.families.exported import class_names_of
 from worker.inference.session import ModelRefusedError, OnnxSession, TensorSignature
+from worker.inference.tensors import is_one, listed
 
+YOLOX = "yolox"
 _EXPECTED_INPUT = "one float32 input [1, 3, height, width] with sides that are multiples of 32"
+EXPECTED = f"{_EXPECTED_INPUT}; one output [1, cells, 5 + classes]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +59,7 @@ class YoloxDetector:
     def signature(self) -> dict[str, object]:
         """Return what the model takes and gives, as JSON."""
         return {
+            "family": YOLOX,
             "input": str(self._session.inputs[0]),
             "output": str(self._session.outputs[0]),
             "width_px": self._model.width_px,
@@ -76,6 +80,15 @@ class YoloxDetector:
         return detections_of(output[0], letterbox, self._settings)
 
 
+def fits(session: OnnxSession) -> bool:
+    """Whether a model has the inputs and outputs of a YOLOX."""
+    try:
+        _class_count(session.outputs, *_input_size(session.inputs))
+    except ModelRefusedError:
+        return False
+    return True
+
+
 def _signature_of(session: OnnxSession) -> YoloxSignature:
     width_px, height_px = _input_size(session.inputs)
     classes = _class_count(session.outputs, width_px, height_px)
@@ -94,7 +107,7 @@ def _input_size(inputs: tuple[TensorSignature, ...]) -> tuple[int, int]:
     if len(inputs) == 1 and inputs[0].element_type == "tensor(float)" and len(inputs[0].shape) == 4:
         batch, channels, height_px, width_px = inputs[0].shape
         if (
-            batch == 1
+            is_one(batch)
             and channels == 3
             and isinstance(height_px, int)
             and isinstance(width_px, int)
@@ -102,7 +115,7 @@ def _input_size(inputs: tuple[TensorSignature, ...]) -> tuple[int, int]:
             and height_px % STRIDES[-1] == width_px % STRIDES[-1] == 0
         ):
             return width_px, height_px
-    message = f"the model has {_list(inputs, 'input')}: expected is {_EXPECTED_INPUT}"
+    message = f"the model has {listed(inputs, 'input')}: expected is {_EXPECTED_INPUT}"
     raise ModelRefusedError(message)
 
 
@@ -112,13 +125,14 @@ def _class_count(outputs: tuple[TensorSignature, ...], width_px: int, height_px:
         len(outputs) == 1
         and outputs[0].element_type == "tensor(float)"
         and len(outputs[0].shape) == 3
-        and outputs[0].shape[:2] == (1, cells)
+        and is_one(outputs[0].shape[0])
+        and outputs[0].shape[1] == cells
         and isinstance(outputs[0].shape[2], int)
         and class_count(outputs[0].shape[2]) >= 1
     ):
         return class_count(outputs[0].shape[2])
     message = (
-        f"the model has {_list(outputs, 'output')}: expected is one float32 output "
+        f"the model has {listed(outputs, 'output')}: expected is one float32 output "
         f"[1, {cells}, 5 + classes], a row for each cell of strides 8, 16 and 32 of its "
         f"{width_px}x{height_px} input"
     )
@@ -126,19 +140,8 @@ def _class_count(outputs: tuple[TensorSignature, ...], width_px: int, height_px:
 
 
 def _class_names(metadata: dict[str, str], classes: int) -> tuple[str, ...] | None:
-    text = metadata.get("class_names")
-    if text is None:
-        return None
-    try:
-        names = json.loads(text)
-    except ValueError:
-        names = None
-    if not isinstance(names, list) or len(names) != classes:
+    names = class_names_of(metadata)
+    if names is not None and len(names) != classes:
         message = f"the metadata entry 'class_names' must be a JSON list of {classes} names"
         raise ModelRefusedError(message)
-    return tuple(str(name) for name in names)
-
-
-def _list(tensors: tuple[TensorSignature, ...], kind: str) -> str:
-    listed = ", ".join(str(tensor) for tensor in tensors)
-    return f"{len(tensors)} {kind}{'' if len(tensors) == 1 else 's'}: {listed}"
+    return names
