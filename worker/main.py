@@ -24,6 +24,7 @@ from app.errors import Conflict
 from app.garbage import set_startup_aside
 from app.jobs import JobRunner, reason_of
 from worker.feeds import FeedLoops
+from worker.inference.session import missing_providers
 from worker.live.folders import FolderLoops
 from worker.live.housekeeping import Housekeeping
 from worker.live.standing import StandingLoops
@@ -45,7 +46,7 @@ def work(settings: Settings, parent_pid: int) -> int:
     stop = threading.Event()
     stop_on_signals(stop)
     database = Database(settings.database_url)
-    if reason := why_unusable(database):
+    if reason := why_unusable(database, settings):
         log.error("worker refuses to start", reason=reason)
         return 1
     try:
@@ -59,15 +60,15 @@ def work(settings: Settings, parent_pid: int) -> int:
     os._exit(code)
 
 
-def why_unusable(database: Database) -> str | None:
-    """Return why no worker can work on a database, in one line; None when one can."""
+def why_unusable(database: Database, settings: Settings) -> str | None:
+    """Return why no worker can work with these, in one line; None when one can."""
     try:
         schema.refuse_other_version(database)
     except Conflict as error:
         return error.detail
     except OperationalError as error:
         return reason_of(error)
-    return None
+    return missing_providers(settings.detector_providers)
 
 
 def stop_on_signals(stop: threading.Event) -> None:

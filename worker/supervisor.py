@@ -71,7 +71,7 @@ def supervise(settings: Settings, count: int, parent_pid: int) -> int:
     stop = threading.Event()
     stop_on_signals(stop)
     database = Database(settings.database_url)
-    reason = why_unusable(database)
+    reason = why_unusable(database, settings)
     database.dispose()
     if reason:
         log.error("worker refuses to start", reason=reason)

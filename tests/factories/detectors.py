@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import onnx
-from onnx import helper, numpy_helper
+from onnx import TensorProto, helper, numpy_helper
 from sqlalchemy.orm import Session
 
 from app.tables.detection import Model, ModelStatus
@@ -26,6 +26,35 @@ def crashing() -> bytes:
     graph.node.insert(1, helper.make_node("Cast", ["trap"], ["as_float"], to=1))
     graph.node.insert(2, helper.make_node("ReduceSum", ["as_float"], ["as_scalar"], keepdims=0))
     graph.node[5].input[1] = "as_scalar"
+    return bytes(model.SerializeToString())
+
+
+def endless() -> bytes:
+    """Return a YOLOX that counts to 2^63 before it answers."""
+    model = onnx.ModelProto.FromString(yolox_like())
+    boolean, whole, real = TensorProto.BOOL, TensorProto.INT64, TensorProto.FLOAT
+    body = helper.make_graph(
+        [
+            helper.make_node("Identity", ["go_on"], ["still"]),
+            helper.make_node("Sin", ["value"], ["next"]),
+        ],
+        "body",
+        [
+            helper.make_tensor_value_info("turn", whole, []),
+            helper.make_tensor_value_info("go_on", boolean, []),
+            helper.make_tensor_value_info("value", real, []),
+        ],
+        [
+            helper.make_tensor_value_info("still", boolean, []),
+            helper.make_tensor_value_info("next", real, []),
+        ],
+    )
+    graph = model.graph
+    graph.initializer.append(numpy_helper.from_array(np.array(2**63 - 1), "turns"))
+    graph.initializer.append(numpy_helper.from_array(np.array(True), "always"))
+    loop = helper.make_node("Loop", ["turns", "always", "sum"], ["counted"], body=body)
+    graph.node.insert(2, loop)
+    graph.node[3].input[0] = "counted"
     return bytes(model.SerializeToString())
 
 

@@ -23,6 +23,7 @@ from tests.worker.conftest import (
     send,
 )
 from tests.worker_process import ROOT, wait_until
+from worker.main import why_unusable
 
 PARENT = """
 import os, subprocess, sys, time
@@ -134,3 +135,15 @@ def test_a_database_that_does_not_fit_is_one_clear_line(
     assert ended.returncode == 1
     assert ended.stderr.count("\n") == 1, ended.stderr
     assert ("connection" if kind == "nowhere" else "quaymark db upgrade") in ended.stderr
+
+
+def test_a_provider_that_is_not_installed_is_told_before_any_job(
+    database: Database, settings: Settings
+) -> None:
+    """A worker says which provider is missing and which there are, and does not start."""
+    assert why_unusable(database, settings) is None
+    wanted = settings.model_copy(update={"detector_providers": ["TPUExecutionProvider"]})
+    reason = why_unusable(database, wanted)
+    assert reason is not None
+    assert "TPUExecutionProvider is not installed here; there are" in reason
+    assert "QUAYMARK_DETECTOR_PROVIDERS" in reason

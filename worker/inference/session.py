@@ -45,21 +45,31 @@ class TensorSignature:
         return f"{self.name!r} {self.element_type} {list(self.shape)}"
 
 
+def missing_providers(providers: Sequence[str]) -> str | None:
+    """Return which of the wanted execution providers are not here, and what to do; None if none."""
+    available = onnxruntime.get_available_providers()
+    missing = [name for name in providers if name not in available]
+    if not missing:
+        return None
+    return (
+        f"execution provider {', '.join(missing)} is not installed here; there are "
+        f"{', '.join(available)}: choose among them in QUAYMARK_DETECTOR_PROVIDERS, or install the "
+        "build of onnxruntime that has it"
+    )
+
+
 class OnnxSession:
     """A loaded model: its signature, and one call from tensor to tensor.
+
+    `unused_providers` are those that were asked for and could not take the model here, such as a
+    GPU's on a machine without one; the runtime then uses the next.
 
     Raises ModelRefusedError when the runtime cannot load the file or a provider is missing.
     """
 
     def __init__(self, path: Path, settings: SessionSettings) -> None:
-        available = onnxruntime.get_available_providers()
-        missing = [name for name in settings.providers if name not in available]
-        if missing:
-            message = (
-                f"execution provider {', '.join(missing)} is not installed here; there are "
-                f"{', '.join(available)} (QUAYMARK_DETECTOR_PROVIDERS)"
-            )
-            raise ModelRefusedError(message)
+        if (missing := missing_providers(settings.providers)) is not None:
+            raise ModelRefusedError(missing)
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = settings.threads
         options.inter_op_num_threads = 1
@@ -76,6 +86,9 @@ class OnnxSession:
         except Exception as error:  # the runtime has a class of its own for each of its codes
             message = f"ONNX Runtime cannot load the model: {_without_place(error, path)}"
             raise ModelRefusedError(message) from error
+        self.unused_providers = tuple(
+            name for name in settings.providers if name not in self._session.get_providers()
+        )
         self.inputs = _signatures(self._session.get_inputs())
         self.outputs = _signatures(self._session.get_outputs())
         self.metadata: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)

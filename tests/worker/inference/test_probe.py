@@ -1,6 +1,7 @@
 """A stranger's model in a process that may die of it."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,9 +10,13 @@ import onnx
 import pytest
 from onnx import helper
 
+from app.domain.detection import DetectionSettings
+from tests.factories.detectors import endless, with_external_data
 from tests.factories.onnx_models import external, yolox_like
 from worker.inference import probe as probing
+from worker.inference.families import open_detector
 from worker.inference.probe import probe
+from worker.inference.session import ModelRefusedError, SessionSettings
 
 
 def test_a_good_model_is_ready_with_its_signature(shared_dir: Path) -> None:
@@ -58,6 +63,33 @@ def test_a_model_that_takes_all_memory_is_refused(tmp_path: Path) -> None:
     result = probe(path, "yolox")
     assert not result.ready
     assert result.reason
+
+
+@pytest.mark.parametrize("kind", ["symbolic link", "hard link", "pipe"])
+def test_no_link_beside_a_model_is_followed(tmp_path: Path, kind: str) -> None:
+    """Tensors said to lie in a file of any kind are refused; a pipe would hang whoever opens it."""
+    secret, beside = tmp_path / "secret", tmp_path / "weights.bin"
+    secret.write_bytes(b"\x00" * 4 * 84 * 85)
+    if kind == "symbolic link":
+        beside.symlink_to(secret)
+    elif kind == "hard link":
+        beside.hardlink_to(secret)
+    else:
+        os.mkfifo(beside)
+    path = tmp_path / "model.onnx"
+    path.write_bytes(with_external_data("weights.bin"))
+    with pytest.raises(ModelRefusedError, match="external data"):
+        open_detector(path, "auto", DetectionSettings(), SessionSettings())
+
+
+def test_an_endless_model_is_cut_off(tmp_path: Path) -> None:
+    """A loop without an end is ended with its process when its time is over."""
+    path = tmp_path / "model.onnx"
+    path.write_bytes(endless())
+    result = probe(path, "yolox", timeout_s=5.0)
+    assert not result.ready
+    assert result.reason is not None
+    assert "5 s" in result.reason
 
 
 def test_a_hanging_model_is_refused_in_time(shared_dir: Path) -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import structlog
+
 from app.detectors.families import AUTO
 from app.domain.detection import DetectionSettings
 from worker.inference.detector import Detector
@@ -13,6 +15,8 @@ from worker.inference.families.yolov3 import Yolov3Detector
 from worker.inference.families.yolox import YoloxDetector
 from worker.inference.session import ModelRefusedError, OnnxSession, SessionSettings
 from worker.inference.tensors import listed
+
+log = structlog.get_logger()
 
 
 def _yolox(session: OnnxSession, settings: DetectionSettings, _family: str) -> Detector:
@@ -52,6 +56,8 @@ def open_detector(
         message = f"there is no detector family {family!r}; there are {', '.join(FAMILIES)}"
         raise ModelRefusedError(message)
     session = OnnxSession(path, session_settings)
+    if session.unused_providers:
+        log.warning("providers do not take this model", providers=session.unused_providers)
     if family == AUTO:
         family = recognised(session)
     if end_to_end.signature_of(session) is not None:
