@@ -86,11 +86,11 @@ def add(
     wait: Wait = False,
 ) -> None:
     """Add a detector of your own and have it tried by a worker."""
-    from app.detectors.families import AUTO, FAMILIES
+    from app.detectors.families import AUTO, FAMILIES, family_named
     from app.detectors.service import add_model_file
     from app.installation import open_installation
 
-    if family not in FAMILIES and family != AUTO:
+    if family_named(family) is None:
         known = ", ".join((AUTO, *FAMILIES))
         raise typer.BadParameter(f"choose one of {known}", param_hint="--family")
     with open_installation() as here:

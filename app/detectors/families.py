@@ -11,3 +11,9 @@ FAMILIES = {
     "deformable-detr-two-stage": "Deformable DETR, two stages",
     "cascade-rcnn": "Cascade R-CNN",
 }
+
+
+def family_named(text: str) -> str | None:
+    """Return the family that people mean, or `auto`; None for a name that means none."""
+    family = text.strip().lower().replace("_", "-")
+    return family if family in FAMILIES or family == AUTO else None

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from app.db import Database
 from app.detectors import repository
-from app.detectors.families import AUTO, FAMILIES
+from app.detectors.families import AUTO, FAMILIES, family_named
 from app.detectors.onnx_file import ExternalDataError, NotOnnxError, inspect_model_path
 from app.errors import Conflict, Invalid, NotFound, TooLarge, UnsupportedMedia
 from app.jobs import JobClient, JobQueue
@@ -60,10 +60,11 @@ def checked_name(name: str) -> str:
 
 
 def checked_family(family: str) -> str:
-    """Return a family that the worker can run, or `auto`. Raises Invalid."""
-    if family not in FAMILIES and family != AUTO:
+    """Return a family that the worker can run, or `auto`, as we write it. Raises Invalid."""
+    known = family_named(family)
+    if known is None:
         raise Invalid.field("family", f"choose one of: {', '.join((AUTO, *FAMILIES))}")
-    return family
+    return known
 
 
 def store_file(storage: Storage, stream: IO[bytes], *, max_bytes: int) -> ModelFile:

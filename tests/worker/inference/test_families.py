@@ -199,7 +199,11 @@ def test_mmdetection_s_exports(
     width, height = size
     low, high = (0, 0, width / 2, height / 2, 0), (width / 2, height / 2, width, height, 1)
     network = Network(
-        [Output("dets", (1, 50, 5), low, high, ("batch", "n", 5)), labels(50, 8, (1, 50))],
+        [
+            Output("dets", (1, 50, 5), low, high, ("batch", "n", 5)),
+            labels(50, 8, (1, 50)),
+            *([Output("masks", (1, 50, 28, 28))] if family == AUTO else ()),
+        ],
         "input",
         ("batch", 3, "height", "width"),
         spread=0.001 if family == "yolox" else 0.1,
@@ -211,7 +215,7 @@ def test_mmdetection_s_exports(
     tensor[:, :, :height, :width] = (
         channels_first(plain[family]) if family in plain else imagenet(*size)
     )
-    dets, kinds = bare(network, tensor)
+    dets, kinds = bare(network, tensor)[:2]
     x_scale, y_scale = WIDTH / width, HEIGHT / height
     found = [
         ([x1 * x_scale, y1 * y_scale, x2 * x_scale, y2 * y_scale], score)

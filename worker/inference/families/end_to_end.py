@@ -5,8 +5,8 @@ and `labels` [1, n], counted from 0. torchvision gives `boxes` [n, 4], `labels` 
 published ids) and `scores` [n]; its graph takes RGB from 0 to 1 and scales the image itself.
 
 mmdetection exports all its detectors in the same form, and only the family tells how an image is
-prepared for it, so it must be named for any other than Cascade R-CNN. Labels and boxes beside the
-chosen ones may be padding with score 0 or label -1.
+prepared for it, so it must be named for any other than Cascade R-CNN. Rows beside the chosen ones
+may be padding with score 0 or label -1, and masks may be a further output; they are left alone.
 """
 
 from dataclasses import dataclass
@@ -73,11 +73,11 @@ def signature_of(session: OnnxSession) -> ChosenSignature | None:
     boxes = _one(session.outputs, 4)
     dets = _one(session.outputs, 5)
     flat = [t for t in session.outputs if may_be(t, None) or may_be(t, 1, None)]
-    if len(session.outputs) == 2 and dets is not None:
-        labels = next((t for t in flat if t is not dets), None)
-        if labels is not None and labels.element_type in INTEGERS | FLOATS:
+    if len(session.outputs) in {2, 3} and dets is not None:
+        labels = next((t for t in flat if t.element_type in INTEGERS | FLOATS), None)
+        if labels is not None:
             return ChosenSignature(image, dets, labels, None)
-    if len(session.outputs) == 3 and boxes is not None:
+    if len(session.outputs) in {3, 4} and boxes is not None:
         labels = next((t for t in flat if t.element_type in INTEGERS), None)
         scores = next((t for t in flat if t.element_type in FLOATS and t is not boxes), None)
         if labels is not None and scores is not None:

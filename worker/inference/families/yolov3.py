@@ -37,7 +37,8 @@ EXPECTED = (
     "also boxes [1, n, 4], scores [1, classes, n] and indices [k, 3]"
 )
 _BOX_AND_CHANCE = 5
-_FREE_SIDE_PX = 416
+# Where an export leaves the size free: that of the zoo and of darknet, or of Ultralytics.
+_FREE_SIDE_PX = {"chosen": 416, "heads": 416, "rows": 640}
 _COARSEST_PX = 32
 
 
@@ -93,8 +94,9 @@ class Yolov3Detector(ExportedDetector):
         self._reader = readers[signature.form]
 
     def _place(self, image_px: tuple[int, int]) -> Placement:
-        width_px = self.image.width_px or self.image.height_px or _FREE_SIDE_PX
-        height_px = self.image.height_px or self.image.width_px or _FREE_SIDE_PX
+        side_px = _FREE_SIDE_PX[self.form]
+        width_px = self.image.width_px or self.image.height_px or side_px
+        height_px = self.image.height_px or self.image.width_px or side_px
         return in_middle(image_px, (width_px, height_px))
 
     def _other_inputs(self, placement: Placement) -> Mapping[str, npt.NDArray[np.generic]]:
@@ -126,6 +128,9 @@ def _read_rows(outputs: Arrays, placement: Placement) -> Answers:
     rows = np.asarray(outputs[0][0], dtype=np.float32)
     if rows.ndim != 2 or rows.shape[1] <= _BOX_AND_CHANCE:
         raise ValueError("wanted are rows of 5 + classes numbers")
+    cells = yolov3.cell_anchor_count(placement.input_width_px, placement.input_height_px)
+    if len(rows) != cells:
+        raise ValueError(f"wanted are {cells} rows, three for each cell")
     boxes, scores, labels = yolov3.answers_of_rows(rows)
     return Answers(placement.to_image_px(boxes), scores, labels)
 
