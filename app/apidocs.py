@@ -94,10 +94,17 @@ def _operation(document: Json, method: str, path: str, operation: Json) -> Opera
         parameters=[_parameter(document, part) for part in operation.get("parameters", [])],
         body=_body(document, operation.get("requestBody", {})),
         answers=[
-            Answer(status, answer.get("description", ""), _body(document, answer))
+            _answer(document, status, answer)
             for status, answer in operation.get("responses", {}).items()
         ],
     )
+
+
+def _answer(document: Json, status: str, answer: Json) -> Answer:
+    if "$ref" in answer:  # a problem, whose shape is shown once, as the default
+        shared = document["components"]["responses"][answer["$ref"].rpartition("/")[2]]
+        return Answer(status, shared["description"], None)
+    return Answer(status, answer.get("description", ""), _body(document, answer))
 
 
 def _needs(operation: Json) -> str:
@@ -134,6 +141,8 @@ def _kind(document: Json, schema: Json) -> str:
 def _body(document: Json, part: Json) -> Body | None:
     for media_type, media in part.get("content", {}).items():
         schema = media.get("schema", {})
+        if "json" not in media_type and "example" in media:
+            return Body(media_type, media["example"])
         if "json" not in media_type:
             fields = "\n".join(_form_fields(document, resolved(document, schema)))
             return Body(media_type, fields)

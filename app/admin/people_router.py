@@ -22,7 +22,7 @@ from app.auth import links, mailed_links, second_factor, service, users
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match
+from app.auth.versions import VERSIONED, check_if_match
 from app.config import Settings
 from app.dependencies import JobsDep, Page, SessionDep, SettingsDep, public_address
 from app.errors import Invalid
@@ -92,7 +92,7 @@ def reset_password(
     return ResetOut(url=url, expires_at=handed.link.expires_at)
 
 
-@router.put("/users/{user_id}/second-factor")
+@router.put("/users/{user_id}/second-factor", dependencies=[VERSIONED])
 def change_second_factor(
     user_id: int, data: FactorIn, request: Request, session: SessionDep, access: Administrator
 ) -> FactorOut:

@@ -11,7 +11,7 @@ from app.auth import users
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
 from app.auth.schemas import UserIn, UserOut, UserPatch
-from app.auth.versions import check_if_match, heed_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, heed_if_match, set_etag
 from app.dependencies import Page, PagingDep, SessionDep
 from app.reviews import queues
 from app.tables.identity import User
@@ -53,7 +53,7 @@ def get_user(
     return _shown(users.user_for(session, access, user_id), response)
 
 
-@router.patch("/users/{user_id}", tags=["users"])
+@router.patch("/users/{user_id}", tags=["users"], dependencies=[VERSIONED])
 def update_user(
     user_id: int,
     data: UserPatch,
@@ -76,7 +76,7 @@ def update_user(
     return _shown(user, response)
 
 
-@router.delete("/users/{user_id}", status_code=204, tags=["users"])
+@router.delete("/users/{user_id}", status_code=204, tags=["users"], dependencies=[VERSIONED])
 def remove_user(user_id: int, request: Request, session: SessionDep, access: Administrator) -> None:
     """Remove a person; what they made stays. The last administrator cannot be removed."""
     user = users.user_for(session, access, user_id)

@@ -56,7 +56,11 @@ class DayCoverageOut(BaseModel):
     sources: list[SourceCoverageOut]
 
 
-@router.get("/sites/{site_id}/ais/coverage", response_model=DayCoverageOut)
+@router.get(
+    "/sites/{site_id}/ais/coverage",
+    response_model=DayCoverageOut,
+    responses={200: {"content": {"text/csv": {}}}},
+)
 def get_coverage(
     site_id: int,
     session: SessionDep,

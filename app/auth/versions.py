@@ -5,7 +5,10 @@ answer is 428, with a stale one 412. A removal or a switch does what its caller 
 there; `If-Match` may be left out, and is heeded where it is sent.
 """
 
-from fastapi import Request, Response
+from typing import Annotated
+
+from fastapi import Depends, Header, Request, Response
+from fastapi.params import Depends as Dependency
 
 from app.errors import PreconditionFailed, PreconditionRequired
 
@@ -41,3 +44,15 @@ def check_if_match(request: Request, version: int) -> None:
         raise PreconditionFailed(
             f"the present version is {etag(version)}; read it again, then repeat the edit"
         )
+
+
+async def _take_if_match(
+    if_match: Annotated[
+        str | None,
+        Header(description="The ETag of the version that the change is based on", examples=['"1"']),
+    ] = None,
+) -> None: ...
+
+
+VERSIONED: Dependency = Depends(_take_if_match)
+"""Declared by every route that reads `If-Match`, so that the OpenAPI document tells it."""

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, set_etag
 from app.calibration import actions, service
 from app.calibration.schemas import (
     BoardIn,
@@ -25,6 +25,7 @@ from app.dependencies import (
     StorageDep,
 )
 from app.imagery.preview import WIDTHS_PX, make_preview, snapped_width
+from app.openapi_bodies import file_answer
 from app.sites import actions as sites
 from app.tables.calibration import CameraCalibration
 
@@ -80,7 +81,7 @@ def show(
     return _shown(session, row)
 
 
-@router.put("/calibrations/{calibration_id:int}/left-out")
+@router.put("/calibrations/{calibration_id:int}/left-out", dependencies=[VERSIONED])
 def leave_out(
     calibration_id: int,
     body: LeftOutIn,
@@ -114,6 +115,7 @@ def activate(calibration_id: int, session: SessionDep, access: Registrar) -> Cal
 @router.get(
     "/calibrations/{calibration_id:int}/photos/{photo_number:int}/preview",
     response_class=Response,
+    responses=file_answer("image/jpeg"),
 )
 def preview(
     calibration_id: int,

@@ -43,6 +43,7 @@ FORMATS = {
         Format("csv", "CSV", "text/csv; charset=utf-8", "csv", write=table_csv.write),
     )
 }
+MEDIA_TYPES = sorted({form.media_type.partition(";")[0] for form in FORMATS.values()} | {ZIP[0]})
 
 
 def is_archive(format_name: str, options: ExportOptions) -> bool:

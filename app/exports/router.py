@@ -18,7 +18,7 @@ from app.errors import Conflict
 from app.exports import service
 from app.exports.actions import cancel
 from app.exports.filters import ExportOptions
-from app.exports.formats import file_kind
+from app.exports.formats import MEDIA_TYPES, file_kind
 from app.exports.rights import (
     exportable_sites,
     own_export,
@@ -27,6 +27,7 @@ from app.exports.rights import (
 )
 from app.exports.schemas import ExportIn, ExportOut
 from app.exports.writers.datasheet import datasheet
+from app.openapi_bodies import PART_OF_FILE, file_answer
 from app.paging import Page
 from app.tables.exports import Export, ExportStatus
 
@@ -98,7 +99,11 @@ def _manifest(export: Export) -> dict[str, Any]:
     return {**export.manifest, "sha256": export.sha256, "size_bytes": export.size_bytes}
 
 
-@router.get("/exports/{export_id}/download", response_class=Response)
+@router.get(
+    "/exports/{export_id}/download",
+    response_class=Response,
+    responses=file_answer(*MEDIA_TYPES) | PART_OF_FILE,
+)
 def download_export(
     export_id: int, request: Request, session: SessionDep, storage: StorageDep, access: Exporter
 ) -> Response:

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, set_etag
 from app.dependencies import DatabaseDep, Page, PagingDep, SessionDep, SettingsDep
 from app.feeds import actions, service
 from app.feeds.schemas import FeedIn, FeedOut, FeedPatch
@@ -60,7 +60,7 @@ def get_feed(feed_id: int, session: SessionDep, access: Reader, response: Respon
     return FeedOut.of(service.view(session, feed))
 
 
-@router.patch("/{feed_id:int}")
+@router.patch("/{feed_id:int}", dependencies=[VERSIONED])
 def update_feed(
     feed_id: int,
     data: FeedPatch,
@@ -80,7 +80,7 @@ def update_feed(
     return FeedOut.of(service.view(session, feed))
 
 
-@router.delete("/{feed_id:int}", status_code=204)
+@router.delete("/{feed_id:int}", status_code=204, dependencies=[VERSIONED])
 def remove_feed(feed_id: int, request: Request, session: SessionDep, access: Operator) -> None:
     """Stop and remove a feed; the reports it brought stay."""
     feed = actions.feed_for(session, access, Scope.INGEST, feed_id)

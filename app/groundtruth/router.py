@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, set_etag
 from app.dependencies import DatabaseDep, Page, PagingDep, SessionDep, SettingsDep
 from app.errors import Invalid
 from app.groundtruth import actions, exporting, service
@@ -85,7 +85,7 @@ def get_box(box_id: int, session: SessionDep, access: Reader, response: Response
     return BoxOut.of(box)
 
 
-@router.patch("/boxes/{box_id:int}")
+@router.patch("/boxes/{box_id:int}", dependencies=[VERSIONED])
 def change_box(
     box_id: int,
     body: BoxPatch,
@@ -102,7 +102,7 @@ def change_box(
     return BoxOut.of(box)
 
 
-@router.delete("/boxes/{box_id:int}", status_code=204)
+@router.delete("/boxes/{box_id:int}", status_code=204, dependencies=[VERSIONED])
 def delete_box(box_id: int, request: Request, session: SessionDep, access: Reviewer) -> None:
     """Take a box away; say in `If-Match` which version. It can be brought back."""
     box = actions.box_for(session, access, Scope.REVIEW, box_id)
@@ -164,7 +164,7 @@ def get_image(
     return _image_out(session, image, response)
 
 
-@router.patch("/images/{ground_truth_image_id:int}")
+@router.patch("/images/{ground_truth_image_id:int}", dependencies=[VERSIONED])
 def change_image(
     ground_truth_image_id: int,
     body: ImagePatch,

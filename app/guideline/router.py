@@ -144,7 +144,7 @@ def list_poses(set_id: int, session: SessionDep, access: Reviewer) -> Page[PoseO
     )
 
 
-@router.post("/{set_id}/grades", status_code=201)
+@router.post("/{set_id}/grades", status_code=201, responses={200: {"model": PracticeOut}})
 def answer(
     set_id: int, body: PracticeIn, session: SessionDep, access: Reviewer, response: Response
 ) -> PracticeOut:

@@ -8,7 +8,7 @@ from starlette.datastructures import UploadFile
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, set_etag
 from app.dependencies import (
     DatabaseDep,
     Page,
@@ -203,7 +203,7 @@ def preview(import_id: int, session: SessionDep, access: Reader) -> PreviewOut:
     )
 
 
-@router.put("/imports/{import_id:int}/times")
+@router.put("/imports/{import_id:int}/times", dependencies=[VERSIONED])
 def set_times(
     import_id: int,
     body: TimeSettings,
@@ -232,7 +232,7 @@ def set_times_table(
     return actions.set_listed_times(session, access, row, times)
 
 
-@router.post("/imports/{import_id:int}/commit")
+@router.post("/imports/{import_id:int}/commit", dependencies=[VERSIONED])
 def commit(
     import_id: int,
     request: Request,

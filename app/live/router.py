@@ -6,7 +6,7 @@ from fastapi import APIRouter, Body, Query, Request, Response
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import heed_if_match
+from app.auth.versions import VERSIONED, heed_if_match
 from app.dependencies import (
     DatabaseDep,
     Page,
@@ -75,7 +75,7 @@ def add_folder(
     return FolderOut.of(actions.add_folder(session, access, camera_id, data), {})
 
 
-@router.post("/watched-folders/{folder_id:int}/pause")
+@router.post("/watched-folders/{folder_id:int}/pause", dependencies=[VERSIONED])
 def pause_folder(
     folder_id: int, request: Request, session: SessionDep, access: Ingester
 ) -> FolderOut:
@@ -85,7 +85,7 @@ def pause_folder(
     return FolderOut.of(row, dict(folders.counts(session, row.id)))
 
 
-@router.post("/watched-folders/{folder_id:int}/resume")
+@router.post("/watched-folders/{folder_id:int}/resume", dependencies=[VERSIONED])
 def resume_folder(
     folder_id: int, request: Request, session: SessionDep, access: Ingester
 ) -> FolderOut:
@@ -95,7 +95,7 @@ def resume_folder(
     return FolderOut.of(row, dict(folders.counts(session, row.id)))
 
 
-@router.delete("/watched-folders/{folder_id:int}", status_code=204)
+@router.delete("/watched-folders/{folder_id:int}", status_code=204, dependencies=[VERSIONED])
 def remove_folder(folder_id: int, request: Request, session: SessionDep, access: Ingester) -> None:
     """Forget a folder; the images that came from it stay."""
     heed_if_match(request, actions.folder_for(session, access, folder_id).version)
@@ -115,7 +115,7 @@ def add_standing_run(data: StandingIn, session: SessionDep, access: Ingester) ->
     return StandingOut.of(actions.add_standing(session, access, data))
 
 
-@router.post("/standing-runs/{standing_id:int}/pause")
+@router.post("/standing-runs/{standing_id:int}/pause", dependencies=[VERSIONED])
 def pause_standing_run(
     standing_id: int, request: Request, session: SessionDep, access: Ingester
 ) -> StandingOut:
@@ -124,7 +124,7 @@ def pause_standing_run(
     return StandingOut.of(actions.pause_standing(session, access, standing_id, paused=True))
 
 
-@router.post("/standing-runs/{standing_id:int}/resume")
+@router.post("/standing-runs/{standing_id:int}/resume", dependencies=[VERSIONED])
 def resume_standing_run(
     standing_id: int, request: Request, session: SessionDep, access: Ingester
 ) -> StandingOut:
@@ -133,7 +133,7 @@ def resume_standing_run(
     return StandingOut.of(actions.pause_standing(session, access, standing_id, paused=False))
 
 
-@router.delete("/standing-runs/{standing_id:int}", status_code=204)
+@router.delete("/standing-runs/{standing_id:int}", status_code=204, dependencies=[VERSIONED])
 def remove_standing_run(
     standing_id: int, request: Request, session: SessionDep, access: Ingester
 ) -> None:

@@ -10,10 +10,11 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, etag, set_etag
+from app.auth.versions import VERSIONED, check_if_match, etag, set_etag
 from app.dependencies import Page, PagingDep, SessionDep
 from app.domain.coordinates import Axis, parse_angle, parse_place
 from app.errors import Invalid, TooLarge
+from app.openapi_bodies import file_answer, json_body, text_body
 from app.registration import actions, conversion, landmarks, service
 from app.registration.geojson import MEDIA_TYPE, parse_geojson, write_geojson
 from app.registration.keypoint_csv import (
@@ -59,6 +60,24 @@ async def _text(request: Request) -> str:
 
 
 Text = Annotated[str, Depends(_text)]
+_LANDMARK = "name,lat_deg,lon_deg,height_m\nChurch spire,53.5448,9.9921,62.4\n"
+_KEYPOINT = (
+    "name,u_px,v_px,lat_deg,lon_deg,height_m\nChurch spire,812.5,301.0,53.5448,9.9921,62.4\n"
+)
+_POINT = {"type": "Point", "coordinates": [9.9921, 53.5448, 62.4]}
+
+
+def _collection(**properties: object) -> dict[str, Any]:
+    feature = {"type": "Feature", "geometry": _POINT, "properties": properties}
+    return {"type": "FeatureCollection", "features": [feature]}
+
+
+LANDMARKS_CSV = text_body("text/csv", _LANDMARK)
+KEYPOINTS_CSV = text_body("text/csv", _KEYPOINT)
+LANDMARKS_GEOJSON = json_body(MEDIA_TYPE, _collection(name="Church spire"))
+KEYPOINTS_GEOJSON = json_body(MEDIA_TYPE, _collection(name="Church spire", u_px=812.5, v_px=301.0))
+AS_CSV: Any = {"response_class": Response, "responses": file_answer("text/csv")}
+AS_GEOJSON: Any = {"response_class": Response, "responses": file_answer(MEDIA_TYPE)}
 
 
 @router.get("/sites/{site_id:int}/landmarks")
@@ -93,7 +112,7 @@ def get_landmark(
     return _shown(session, site, [landmark])[0]
 
 
-@router.patch("/landmarks/{landmark_id:int}")
+@router.patch("/landmarks/{landmark_id:int}", dependencies=[VERSIONED])
 def update_landmark(
     landmark_id: int,
     data: LandmarkPatch,
@@ -110,7 +129,7 @@ def update_landmark(
     return _shown(session, site, [landmark])[0]
 
 
-@router.delete("/landmarks/{landmark_id:int}", status_code=204)
+@router.delete("/landmarks/{landmark_id:int}", status_code=204, dependencies=[VERSIONED])
 def delete_landmark(
     landmark_id: int, request: Request, session: SessionDep, access: Registrar
 ) -> None:
@@ -121,21 +140,21 @@ def delete_landmark(
     landmarks.delete(session, access, landmark)
 
 
-@router.get("/sites/{site_id:int}/landmarks.csv", response_class=Response)
+@router.get("/sites/{site_id:int}/landmarks.csv", **AS_CSV)
 def landmarks_as_csv(site_id: int, session: SessionDep, access: Reader) -> Response:
     """Return a site's landmarks as CSV."""
     rows = _landmark_rows(session, access, site_id)
     return Response(write_table(rows, LANDMARK_COLUMNS), media_type="text/csv")
 
 
-@router.get("/sites/{site_id:int}/landmarks.geojson", response_class=Response)
+@router.get("/sites/{site_id:int}/landmarks.geojson", **AS_GEOJSON)
 def landmarks_as_geojson(site_id: int, session: SessionDep, access: Reader) -> Response:
     """Return a site's landmarks as GeoJSON."""
     rows = _landmark_rows(session, access, site_id)
     return Response(write_geojson(rows, LANDMARK_COLUMNS), media_type=MEDIA_TYPE)
 
 
-@router.post("/sites/{site_id:int}/landmarks.csv")
+@router.post("/sites/{site_id:int}/landmarks.csv", openapi_extra=LANDMARKS_CSV)
 def import_landmarks_csv(
     site_id: int, text: Text, session: SessionDep, access: Registrar, *, update: Moves = False
 ) -> ImportedOut:
@@ -144,7 +163,7 @@ def import_landmarks_csv(
     return _brought_in(session, access, site, parse_landmarks(text), moves=update)
 
 
-@router.post("/sites/{site_id:int}/landmarks.geojson")
+@router.post("/sites/{site_id:int}/landmarks.geojson", openapi_extra=LANDMARKS_GEOJSON)
 def import_landmarks_geojson(
     site_id: int, text: Text, session: SessionDep, access: Registrar, *, update: Moves = False
 ) -> ImportedOut:
@@ -154,14 +173,17 @@ def import_landmarks_geojson(
     return _brought_in(session, access, site, rows, moves=update)
 
 
-@router.get("/viewports/{viewport_id:int}/keypoints.csv", response_class=Response)
+@router.get("/viewports/{viewport_id:int}/keypoints.csv", **AS_CSV)
 def keypoints_as_csv(viewport_id: int, session: SessionDep, access: Reader) -> Response:
     """Return a viewport's keypoints as CSV; the ETag is the viewport's."""
     rows, version = _keypoint_rows(session, access, viewport_id)
     return Response(write_table(rows), media_type="text/csv", headers={"ETag": etag(version)})
 
 
-@router.get("/viewports/{viewport_id:int}/keypoints.geojson", response_class=Response)
+@router.get(
+    "/viewports/{viewport_id:int}/keypoints.geojson",
+    **AS_GEOJSON,
+)
 def keypoints_as_geojson(viewport_id: int, session: SessionDep, access: Reader) -> Response:
     """Return a viewport's keypoints as GeoJSON; the ETag is the viewport's."""
     rows, version = _keypoint_rows(session, access, viewport_id)

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Request, Response
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, set_etag
 from app.dependencies import DatabaseDep, Page, PagingDep, SessionDep
 from app.registration import actions, service
 from app.registration.editing import preview_of
@@ -65,7 +65,7 @@ def get_viewport(
     return _shown(session, [viewport])[0]
 
 
-@router.patch("/viewports/{viewport_id:int}")
+@router.patch("/viewports/{viewport_id:int}", dependencies=[VERSIONED])
 def update_viewport(
     viewport_id: int,
     data: ViewportPatch,
@@ -82,7 +82,7 @@ def update_viewport(
     return _shown(session, [viewport])[0]
 
 
-@router.delete("/viewports/{viewport_id:int}", status_code=204)
+@router.delete("/viewports/{viewport_id:int}", status_code=204, dependencies=[VERSIONED])
 def delete_viewport(
     viewport_id: int, request: Request, session: SessionDep, access: Registrar
 ) -> None:
@@ -104,7 +104,7 @@ def get_keypoints(
     return Page(items=[KeypointOut.of(keypoint) for keypoint in keypoints])
 
 
-@router.put("/viewports/{viewport_id:int}/keypoints")
+@router.put("/viewports/{viewport_id:int}/keypoints", dependencies=[VERSIONED])
 def replace_keypoints(
     viewport_id: int,
     data: KeypointsBody,

@@ -8,6 +8,7 @@ from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
 from app.dependencies import DatabaseDep, JobsDep, Page, PagingDep, SessionDep, StorageDep
 from app.ids import RowId
+from app.openapi_bodies import file_answer
 from app.registration import actions as registration
 from app.registration.service import camera_of
 from app.reregistration import actions, overlay, service
@@ -122,7 +123,11 @@ def show_overlay(
     return overlay.overlay_of(session, row, pointing.reregistration)
 
 
-@router.get("/pointings/{pointing_id:int}/reference", response_class=Response)
+@router.get(
+    "/pointings/{pointing_id:int}/reference",
+    response_class=Response,
+    responses=file_answer("image/jpeg"),
+)
 def show_reference(
     pointing_id: int,
     session: SessionDep,

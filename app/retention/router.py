@@ -6,7 +6,7 @@ from fastapi import APIRouter, Request
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import heed_if_match
+from app.auth.versions import VERSIONED, heed_if_match
 from app.dependencies import Page, SessionDep
 from app.retention import actions, service
 from app.retention.schemas import RuleIn, RuleOut
@@ -32,7 +32,7 @@ def add_rule(site_id: int, data: RuleIn, session: SessionDep, access: Administra
     return RuleOut.of(row, service.preview(session, row))
 
 
-@router.post("/retention-rules/{rule_id:int}/on")
+@router.post("/retention-rules/{rule_id:int}/on", dependencies=[VERSIONED])
 def switch_on(
     rule_id: int, request: Request, session: SessionDep, access: Administrator
 ) -> RuleOut:
@@ -42,7 +42,7 @@ def switch_on(
     return RuleOut.of(row, service.preview(session, row))
 
 
-@router.post("/retention-rules/{rule_id:int}/off")
+@router.post("/retention-rules/{rule_id:int}/off", dependencies=[VERSIONED])
 def switch_off(
     rule_id: int, request: Request, session: SessionDep, access: Administrator
 ) -> RuleOut:
@@ -52,7 +52,7 @@ def switch_off(
     return RuleOut.of(row, service.preview(session, row))
 
 
-@router.delete("/retention-rules/{rule_id:int}", status_code=204)
+@router.delete("/retention-rules/{rule_id:int}", status_code=204, dependencies=[VERSIONED])
 def remove_rule(rule_id: int, request: Request, session: SessionDep, access: Administrator) -> None:
     """Remove a rule."""
     heed_if_match(request, actions.rule_for(session, access, rule_id).version)

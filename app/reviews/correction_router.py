@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, etag, set_etag
+from app.auth.versions import VERSIONED, check_if_match, etag, set_etag
 from app.dependencies import SessionDep
 from app.domain.upright_box import UprightBox
 from app.errors import PreconditionFailed
@@ -87,7 +87,7 @@ def list_corrections(pose_id: int, session: SessionDep, access: Reader) -> Page[
     return Page(items=[CorrectionOut.of(correction, told) for correction in history])
 
 
-@router.post("/poses/{pose_id}/corrections", status_code=201)
+@router.post("/poses/{pose_id}/corrections", status_code=201, dependencies=[VERSIONED])
 def correct(
     pose_id: int,
     body: CorrectionIn,
@@ -118,7 +118,7 @@ def correct(
     return _shown(session, here, correction, user=access.name or access.email)
 
 
-@router.delete("/poses/{pose_id}/corrections")
+@router.delete("/poses/{pose_id}/corrections", dependencies=[VERSIONED])
 def delete_correction(
     pose_id: int, request: Request, session: SessionDep, access: Reviewer, response: Response
 ) -> DeletedOut:
@@ -146,7 +146,7 @@ def list_candidates(pose_id: int, session: SessionDep, access: Reader) -> Candid
     return _candidates(session, scene, pose.match.detection, pose_id, mmsi)
 
 
-@router.post("/poses/{pose_id}/rematch", status_code=201)
+@router.post("/poses/{pose_id}/rematch", status_code=201, dependencies=[VERSIONED])
 def rematch(
     pose_id: int,
     body: RematchIn,

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, heed_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, heed_if_match, set_etag
 from app.dependencies import PagingDep, SessionDep
 from app.identities import service as identities
 from app.ids import RowId
@@ -121,7 +121,7 @@ def get_missed(
     return MissedOut.of(missed)
 
 
-@router.patch("/missed-vessels/{missed_id}")
+@router.patch("/missed-vessels/{missed_id}", dependencies=[VERSIONED])
 def change_missed(
     missed_id: int,
     body: MissedPatch,
@@ -147,7 +147,7 @@ def change_missed(
     return MissedOut.of(missed)
 
 
-@router.delete("/missed-vessels/{missed_id}", status_code=204)
+@router.delete("/missed-vessels/{missed_id}", status_code=204, dependencies=[VERSIONED])
 def delete_missed(missed_id: int, request: Request, session: SessionDep, access: Reviewer) -> None:
     """Unmark a missed vessel."""
     missed = _missed(session, access, Scope.REVIEW, missed_id)

@@ -37,7 +37,7 @@ Reader = Annotated[Access, allowed(Scope.READ)]
 Reviewer = Annotated[Access, allowed(Scope.REVIEW)]
 
 
-@router.post("/review-queues", status_code=201)
+@router.post("/review-queues", status_code=201, responses={200: {"model": QueueOut}})
 def create_queue(
     body: QueueIn, session: SessionDep, access: Reviewer, response: Response
 ) -> QueueOut:

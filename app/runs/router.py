@@ -125,7 +125,11 @@ def _shown(session: Session, run: Run) -> RunOut:
     )
 
 
-@router.get("/runs/{run_id}/events", response_class=StreamingResponse)
+@router.get(
+    "/runs/{run_id}/events",
+    response_class=StreamingResponse,
+    responses={200: {"content": {"text/event-stream": {}}}},
+)
 def watch_run(
     run_id: int, request: Request, session: SessionDep, database: DatabaseDep, access: Reader
 ) -> StreamingResponse:

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Request, Response
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import check_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, set_etag
 from app.dependencies import Page, PagingDep, SessionDep
 from app.sites import actions, service
 from app.sites.schemas import CameraIn, CameraOut, CameraPatch, SiteIn, SiteOut, SitePatch
@@ -43,7 +43,7 @@ def get_site(site_id: int, session: SessionDep, access: Reader, response: Respon
     return SiteOut.of(site)
 
 
-@router.patch("/sites/{site_id:int}", tags=["sites"])
+@router.patch("/sites/{site_id:int}", tags=["sites"], dependencies=[VERSIONED])
 def update_site(
     site_id: int,
     data: SitePatch,
@@ -60,7 +60,7 @@ def update_site(
     return SiteOut.of(site)
 
 
-@router.delete("/sites/{site_id:int}", status_code=204, tags=["sites"])
+@router.delete("/sites/{site_id:int}", status_code=204, tags=["sites"], dependencies=[VERSIONED])
 def delete_site(site_id: int, request: Request, session: SessionDep, access: Administrator) -> None:
     """Delete a site with its cameras, images and runs; it can be restored for 30 days."""
     site = actions.site_for(session, access, Scope.ADMIN, site_id)
@@ -101,7 +101,7 @@ def get_camera(
     return CameraOut.of(camera)
 
 
-@router.patch("/cameras/{camera_id:int}", tags=["cameras"])
+@router.patch("/cameras/{camera_id:int}", tags=["cameras"], dependencies=[VERSIONED])
 def update_camera(
     camera_id: int,
     data: CameraPatch,
@@ -118,7 +118,9 @@ def update_camera(
     return CameraOut.of(camera)
 
 
-@router.delete("/cameras/{camera_id:int}", status_code=204, tags=["cameras"])
+@router.delete(
+    "/cameras/{camera_id:int}", status_code=204, tags=["cameras"], dependencies=[VERSIONED]
+)
 def delete_camera(camera_id: int, request: Request, session: SessionDep, access: Registrar) -> None:
     """Delete a camera with its images and runs; it can be restored for 30 days."""
     camera = actions.camera_for(session, access, Scope.REGISTER, camera_id)

@@ -1,7 +1,7 @@
 """REST of water levels: a site's series, and the level at a moment."""
 
 from datetime import datetime
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from pydantic import BaseModel, Field
@@ -11,6 +11,7 @@ from app.auth.idempotency import IdempotentRoute
 from app.db import now
 from app.dependencies import SessionDep
 from app.errors import Invalid, TooLarge
+from app.openapi_bodies import file_answer, text_body
 from app.sites import actions, water, water_actions
 from app.sites.fields import HIGHEST_M, in_zone
 from app.sites.water_csv import COLUMNS, parse_levels
@@ -69,6 +70,10 @@ class LevelOut(BaseModel):
     source: WaterLevelSource
 
 
+AS_CSV: Any = {"response_class": Response, "responses": file_answer("text/csv")}
+SERIES = text_body("text/csv", "time,level_m\n2026-11-22T10:00:00Z,41.2\n")
+
+
 async def _text(request: Request) -> str:
     data = bytearray()
     async for chunk in request.stream():
@@ -88,7 +93,7 @@ def get_series(site_id: int, session: SessionDep, access: Reader) -> SeriesOut:
     return SeriesOut.of(site.water_level_m, water.series_of(session, site))
 
 
-@router.post("/sites/{site_id:int}/water-levels")
+@router.post("/sites/{site_id:int}/water-levels", openapi_extra=SERIES)
 def replace_series(
     site_id: int,
     text: Annotated[str, Depends(_text)],
@@ -112,7 +117,11 @@ def delete_series(site_id: int, session: SessionDep, access: Registrar) -> None:
     water_actions.remove(session, access, site)
 
 
-@router.get("/sites/{site_id:int}/water-levels.csv", response_class=Response)
+@router.get(
+    "/sites/{site_id:int}/water-levels.csv",
+    response_class=Response,
+    responses=file_answer("text/csv"),
+)
 def series_as_csv(site_id: int, session: SessionDep, access: Reader) -> Response:
     """Return a site's series as CSV."""
     site = actions.site_for(session, access, Scope.READ, site_id)

@@ -436,7 +436,7 @@ def _pose(session: Session, run: Run, image: Image, detection: Detection, mmsi: 
         lat_deg=54.0,
         lon_deg=9.0,
         heading_deg=0.0,
-        heading_source="heading",
+        heading_source="reported",
         speed_kn=0.0,
         age_s=0.0,
         to_bow_m=10.0,
