@@ -81,6 +81,16 @@ class Settings(MailSettings, ProviderSettings, BaseSettings):
     feed_commit_s: float = Field(1.0, gt=0)
     feed_queue_lines: int = Field(20_000, ge=1, description="Held before lines are dropped")
 
+    webhook_allowed_networks: list[str] = Field(
+        [], description="Networks inside that webhooks may be sent to: 192.168.7.0/24"
+    )
+    webhook_timeout_s: float = Field(10.0, gt=0, le=60)
+    webhook_pauses_s: list[float] = Field(
+        [5.0, 60.0, 300.0, 1800.0, 7200.0, 28800.0],
+        description="Before each further try, when a receiver fails",
+    )
+    webhook_look_every_s: float = Field(1.0, gt=0)
+
     worker_concurrency: int = Field(1, ge=1)
     detector_threads: int = Field(0, ge=0, description="0: as many as cores")
     detector_providers: list[str] = ["CPUExecutionProvider"]
@@ -115,7 +125,7 @@ class Settings(MailSettings, ProviderSettings, BaseSettings):
             raise ValueError(message)
         return url
 
-    @field_validator("feed_allowed_networks")
+    @field_validator("feed_allowed_networks", "webhook_allowed_networks")
     @classmethod
     def _networks_are_networks(cls, networks: list[str]) -> list[str]:
         return [str(ip_network(network)) for network in networks]

@@ -81,6 +81,8 @@ from app.sites import water_pages
 from app.sites import water_router as water_levels
 from app.statics import mount_statics
 from app.storage import Storage
+from app.webhooks import pages as webhook_pages
+from app.webhooks import router as webhooks
 
 API = "/api/v1"
 REST = (
@@ -115,6 +117,7 @@ REST = (
     retention,
     deletions,
     keeping,
+    webhooks,
 )
 PAGES = (
     home_pages,
@@ -151,6 +154,7 @@ PAGES = (
     retention_pages,
     deletion_pages,
     keeping_pages,
+    webhook_pages,
 )
 
 

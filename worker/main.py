@@ -32,6 +32,7 @@ from worker.loops import LoopKind, LoopSupervisor
 from worker.presence import Presence
 from worker.rehash import RehashLoop
 from worker.tasks import register_tasks
+from worker.webhooks import WebhookLoops
 
 log = structlog.get_logger()
 STOP_GRACE_S = 10.0
@@ -114,6 +115,7 @@ def loop_kinds(database: Database, settings: Settings) -> list[LoopKind]:
         StandingLoops(database, settings),
         Housekeeping(database, settings),
         RehashLoop(database, settings),
+        WebhookLoops(database, settings),
     ]
 
 

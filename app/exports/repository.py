@@ -105,13 +105,15 @@ def afloat(
             yield image_id, tuple(vessel)
 
 
-def set_status(session: Session, export_id: int, status: ExportStatus, **columns: object) -> None:
-    """Change where an export stands, unless it was cancelled."""
-    session.execute(
+def set_status(session: Session, export_id: int, status: ExportStatus, **columns: object) -> bool:
+    """Change where an export stands, unless it was cancelled; whether it was not."""
+    changed = session.scalar(
         sa.update(Export)
         .where(Export.id == export_id, Export.status != ExportStatus.CANCELLED)
         .values(status=status, **columns)
+        .returning(Export.id)
     )
+    return changed is not None
 
 
 def advance(session: Session, export_id: int, done: int, total: int) -> bool:

@@ -24,6 +24,8 @@ from app.runs import service as runs
 from app.sites import service as sites
 from app.storage import Storage, Stored
 from app.tables.exports import Export, ExportStatus
+from app.tables.webhooks import WebhookEvent
+from app.webhooks.outbox import announce
 
 EXPORT_JOB = "export"
 IN_MEMORY_BYTES = 8 << 20
@@ -117,6 +119,7 @@ def refuse_ended(export: Export) -> None:
 def mark_cancelled(session: Session, export_id: int) -> None:
     """Say that an export was cancelled, unless it has ended."""
     repository.cancel(session, export_id, now())
+    _announce(session, export_id)
 
 
 def begin(session: Session, export_id: int) -> None:
@@ -155,7 +158,7 @@ def _teller(database: Database, export_id: int) -> Advanced:
 
 def finish(session: Session, export_id: int, stored: Stored, what: Written) -> None:
     """Say that an export's file is in the store."""
-    repository.set_status(
+    is_wanted = repository.set_status(
         session,
         export_id,
         ExportStatus.SUCCEEDED,
@@ -166,11 +169,38 @@ def finish(session: Session, export_id: int, stored: Stored, what: Written) -> N
         manifest=dict(what.manifest),
         finished_at=now(),
     )
+    if is_wanted:
+        _announce(session, export_id)
 
 
 def fail(session: Session, export_id: int, reason: str) -> None:
     """Say that an export failed, and why."""
-    repository.set_status(session, export_id, ExportStatus.FAILED, error=reason, finished_at=now())
+    if repository.set_status(
+        session, export_id, ExportStatus.FAILED, error=reason, finished_at=now()
+    ):
+        _announce(session, export_id)
+
+
+def _announce(session: Session, export_id: int) -> None:
+    """Tell the webhooks of the sites that an export is of that it has ended."""
+    export = get_export(session, export_id)
+    try:
+        named = {
+            site_id
+            for _, site_id in sites_of(session, ExportFilters.model_validate(export.filters))
+        }
+    except NotFound:
+        return  # what it was of is gone, and with it who would want to know
+    data = {
+        "export_id": export.id,
+        "format": export.format,
+        "status": export.status.value,
+        "error": export.error,
+        "poses": export.item_count,
+        "url": f"/api/v1/exports/{export.id}",
+    }
+    of_sites = named or (None if export.site_ids is None else set(export.site_ids))
+    announce(session, WebhookEvent.EXPORT_FINISHED, of_sites, data)
 
 
 def fail_job(session: Session, workflow_id: str, reason: str) -> None:

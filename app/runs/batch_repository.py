@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session, joinedload
 from app.db import now
 from app.domain.detection import Detection as DetectedBox
 from app.runs.inheritance_repository import inherit
+from app.runs.telling import announce_end
 from app.sites.water import Level
 from app.tables.deletion import WITH_DELETED
 from app.tables.detection import Detection, DetectionSet, Model
@@ -106,12 +107,15 @@ def begin(session: Session, run_id: int) -> int:
 
 
 def finish(session: Session, run_id: int, status: RunStatus, error: str | None = None) -> None:
-    """Mark a run as ended, unless it was cancelled meanwhile."""
-    session.execute(
+    """Mark a run as ended, unless it was cancelled meanwhile, and tell the site's webhooks."""
+    ended = session.scalar(
         sa.update(Run)
         .where(Run.id == run_id, Run.status.in_((RunStatus.QUEUED, RunStatus.RUNNING)))
         .values(status=status, error=error, finished_at=now())
+        .returning(Run.id)
     )
+    if ended is not None:
+        announce_end(session, run_id)
 
 
 def fail_job(session: Session, workflow_id: str, reason: str) -> None:

@@ -22,6 +22,7 @@ from app.paging import Paging
 from app.runs import growth_repository as growth
 from app.runs import recording_repository, repository
 from app.runs.parameters import as_json, fusion_settings
+from app.runs.telling import announce_end
 from app.tables.detection import Model
 from app.tables.runs import Run, RunStatus
 from app.tables.sites import Viewport
@@ -293,4 +294,7 @@ def _rate_per_s(run: Run, done: int, last_done_at: datetime | None) -> float | N
 
 def mark_cancelled(session: Session, run: Run) -> bool:
     """Mark a run as cancelled; its job must have been stopped before. False if it has ended."""
-    return repository.mark_cancelled(session, run.id, now())
+    is_cancelled = repository.mark_cancelled(session, run.id, now())
+    if is_cancelled:
+        announce_end(session, run.id)
+    return is_cancelled

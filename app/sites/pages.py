@@ -93,6 +93,7 @@ def show_site(request: Request, site_id: int, session: SessionDep, access: Reade
         runs=[(run, done, verdicts[run.id]) for run, done in newest],
         reviewable=access.site_ids(Scope.REVIEW),
         may_register=access.may(Scope.REGISTER, site.id),
+        may_administer=access.may(Scope.ADMIN, site.id),
         may_ingest=access.may(Scope.INGEST, site.id),
     )
 

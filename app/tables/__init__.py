@@ -25,6 +25,7 @@ from app.tables import (
     runs,
     sites,
     water,
+    webhooks,
 )
 
 __all__ = [
@@ -52,4 +53,5 @@ __all__ = [
     "runs",
     "sites",
     "water",
+    "webhooks",
 ]

@@ -35,6 +35,8 @@ from app.tables.reregistration import Pointing, Reregistration, ReregistrationIm
 from app.tables.reviews import Grade, MissedReason, MissedVessel
 from app.tables.runs import Match, Pose, Run, RunImage, VesselStateRow
 from app.tables.sites import Camera, Site, Viewport
+from app.tables.webhooks import DeliveryStatus, Webhook, WebhookDelivery, WebhookEvent
+from app.webhooks.signing import new_secret
 
 INTRINSICS = {
     "width_px": 640,
@@ -187,11 +189,36 @@ def _ais(session: Session, site: Site, marker: str, mmsi: int) -> dict[str, int]
     )
     session.add(upload)
     session.flush()
-    return make_feed(session, site.id, marker) | {
-        "upload_id": upload.id,
-        "file_id": file.id,
-        "mmsi": mmsi,
-    }
+    return (
+        make_feed(session, site.id, marker)
+        | make_webhook(session, site.id, marker)
+        | {
+            "upload_id": upload.id,
+            "file_id": file.id,
+            "mmsi": mmsi,
+        }
+    )
+
+
+def make_webhook(session: Session, site_id: int, marker: str) -> dict[str, int]:
+    """Insert a webhook with a delivery that was given up."""
+    webhook = Webhook(
+        site_id=site_id,
+        url=f"https://{marker.lower()}.example/hook",
+        events=["run.finished"],
+        secret=new_secret(),
+    )
+    session.add(webhook)
+    session.flush()
+    delivery = WebhookDelivery(
+        webhook_id=webhook.id,
+        event=WebhookEvent.TEST,
+        content={"type": "test"},
+        status=DeliveryStatus.FAILED,
+    )
+    session.add(delivery)
+    session.flush()
+    return {"webhook_id": webhook.id, "delivery_id": delivery.id}
 
 
 def make_feed(session: Session, site_id: int, marker: str) -> dict[str, int]:
