@@ -5,6 +5,7 @@ import hashlib
 import hmac
 import json
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import timedelta
@@ -24,6 +25,8 @@ from app.tables.runs import RunStatus
 from app.tables.webhooks import WebhookDelivery
 from app.webhooks import service
 from tests.factories.world import make_world
+from worker.leases import Leases
+from worker.webhooks import WebhookLoops
 
 LOCAL = ["127.0.0.0/8"]
 
@@ -187,6 +190,39 @@ def test_a_failing_receiver_is_tried_again_then_given_up_and_can_be_sent_to_agai
     assert {headers["webhook-id"] for headers, _ in receiver.taken} == {f"dlv_{delivery_id}"}
     listed = client.get(f"/api/v1/webhooks/{made['id']}/deliveries").json()["items"]
     assert [one["status"] for one in listed] == ["delivered"]
+
+
+def test_a_worker_sends_what_is_due(
+    client: TestClient,
+    database: Database,
+    settings: Settings,
+    receiver: Receiver,
+    ids: dict[str, int],
+) -> None:
+    """The loop under its lease sends, stores how it went, and ends when told to."""
+    made = add(client, ids["site_id"], receiver.url)
+    client.post(f"/api/v1/webhooks/{made['id']}/test")
+    quick = settings.model_copy(update={"webhook_look_every_s": 0.05})
+    loops = WebhookLoops(database, quick)
+    with database.reading() as session:
+        assert loops.wanted(session) == {made["id"]: 1}
+    lease = Leases(database, quick, "worker").take("webhook")
+    assert lease is not None
+    stop = threading.Event()
+    loop = threading.Thread(target=loops.run, args=(made["id"], lease, stop))
+    loop.start()
+    here = f"/api/v1/webhooks/{made['id']}/deliveries"
+    try:
+        for _ in range(600):
+            if client.get(here).json()["items"][0]["status"] == "delivered":
+                break
+            time.sleep(0.1)
+    finally:
+        stop.set()
+        loop.join(60)
+    assert not loop.is_alive()
+    assert client.get(here).json()["items"][0]["status"] == "delivered"
+    assert len(receiver.taken) == 1
 
 
 def test_a_name_that_leads_inside_later_is_not_connected_to(
