@@ -99,6 +99,26 @@ def set_active(
     return RedirectResponse("/admin/users?done=changed", status_code=303)
 
 
+@router.get("/users/{user_id}/remove")
+def ask_to_remove(
+    request: Request, user_id: int, session: SessionDep, access: Administrator
+) -> Response:
+    """Say what goes with a person and what stays, and that it is final."""
+    user = users.user_for(session, access, user_id)
+    return page(
+        request,
+        "admin/remove.html",
+        crumbs=[
+            {"label": "People", "href": "/admin/users"},
+            {"label": user.name or user.email},
+            {"label": "Remove"},
+        ],
+        person=user,
+        counts=users.goes_with(session, user),
+        held=queues.count_held(session, user.id),
+    )
+
+
 @router.post("/users/{user_id}/remove")
 def remove_user(user_id: int, session: SessionDep, access: Administrator) -> Response:
     """Remove a person; what they hold of review queues goes back."""

@@ -135,6 +135,22 @@ def forget_person(session: Session, user: User) -> None:
         entry.details = {key: value for key, value in entry.details.items() if key != "email"}
 
 
+def count_lets_in(session: Session, user_id: int) -> dict[str, int]:
+    """Count what lets a person in and goes with them, in words for people."""
+    return {
+        words: session.scalar(
+            sa.select(sa.func.count()).select_from(table).where(table.user_id == user_id)
+        )
+        or 0
+        for words, table in (
+            ("roles", Membership),
+            ("tokens for scripts", ApiToken),
+            ("signed-in browsers", LoginSession),
+            ("accounts at identity providers", ProviderIdentity),
+        )
+    }
+
+
 def list_tokens(
     session: Session, user_id: int | None, paging: Paging
 ) -> tuple[Sequence[ApiToken], str | None]:

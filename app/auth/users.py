@@ -143,6 +143,12 @@ def change_user(
     audit.record(session, access, "change", "user", user.id, None, **details)
 
 
+def goes_with(session: Session, user: User) -> dict[str, int]:
+    """Count what goes with a person who is removed; kinds without any are left out."""
+    counts = repository.count_lets_in(session, user.id)
+    return {words: count for words, count in counts.items() if count}
+
+
 def remove_user(session: Session, user: User, *, access: Access | None = None) -> None:
     """Remove a person with all that lets them in; their work stays, by "removed reviewer N".
 

@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from typing import Annotated
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import RedirectResponse
 
 from app.ais import actions as ais
 from app.auth.access import Access, Scope, allowed
-from app.deletions import actions, service
+from app.deletions import actions, service, things
+from app.deletions.schemas import Entity
 from app.dependencies import DatabaseDep, SessionDep
-from app.errors import Conflict
+from app.errors import Conflict, NotFound
+from app.ids import RowId
 from app.registration import actions as registration
 from app.runs import actions as runs
 from app.runs import service as run_service
@@ -56,11 +58,36 @@ def _deleted_page(
             (
                 deletion,
                 service.gone_at(deletion),
-                access.may(actions.SCOPES[deletion.entity], deletion.site_id),
+                actions.may_restore(access, deletion),
             )
             for deletion in deletions
         ],
+        words=things.WORDS,
         message=error.detail if error else "",
+    )
+
+
+@router.get("/deletions/ask")
+def ask(
+    request: Request,
+    session: SessionDep,
+    access: Reader,
+    entity: Entity,
+    identifier: Annotated[RowId, Query(alias="id")],
+) -> Response:
+    """Say what goes along with one of the smaller things, and ask."""
+    thing = things.thing_for(session, access, actions.SCOPES[entity], entity, identifier)
+    if not thing.action:
+        raise NotFound("this is deleted by REST, or where it was made")
+    counts = service.preview(session, entity, [identifier])
+    return _ask(
+        request,
+        things.WORDS.get(entity, entity),
+        thing.name,
+        thing.place,
+        counts,
+        action=thing.action,
+        stays=thing.stays,
     )
 
 
@@ -160,6 +187,9 @@ def _ask(
     place: str,
     counts: dict[str, int],
     stale_runs: Sequence[int] = (),
+    *,
+    action: str = "",
+    stays: str = "",
 ) -> Response:
     return page(
         request,
@@ -168,6 +198,8 @@ def _ask(
         entity=entity,
         name=name,
         place=place,
+        action=action or f"{place}/delete",
+        stays=stays,
         counts=counts,
         stale_runs=stale_runs,
         kept_days=service.KEPT.days,

@@ -1,7 +1,6 @@
-"""The SQL of deleting: what goes with what, hiding it, showing it again, removing it for good."""
+"""The SQL of deleting: hiding what goes, showing it again, removing it for good."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Sequence
 from datetime import datetime
 from typing import Any
 
@@ -9,93 +8,18 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Session, aliased
 
 from app.db import Base, find, now
+from app.deletions.extents import ALONE, CHILDREN_FIRST, Extent
 from app.paging import Paging, fetch_page
-from app.tables.ais import AisFile, AisPosition, AisStatic
-from app.tables.deletion import WITH_DELETED, Deletable, Deletion
+from app.tables.ais import AisFile
+from app.tables.deletion import WITH_DELETED, Deletable, Deletion, parents_of
+from app.tables.detection import DetectionSet, Model
 from app.tables.imagery import Image
 from app.tables.imports import ImageImport, ImportStatus
 from app.tables.live import StandingRun
-from app.tables.registration import Registration
-from app.tables.reviews import Correction, Review
-from app.tables.runs import Pose, Run, RunStatus
+from app.tables.registration import Keypoint, Landmark
+from app.tables.runs import Run, RunStatus
 from app.tables.sites import Camera, Site, Viewport
-
-DELETABLE: Mapping[str, type[Any]] = {
-    "site": Site,
-    "camera": Camera,
-    "viewport": Viewport,
-    "run": Run,
-    "import": ImageImport,
-    "image": Image,
-    "ais_file": AisFile,
-}
-# Runs rest on registrations and images on viewports, so they are removed in this order.
-CHILDREN_FIRST = (AisFile, Run, Image, Viewport, Camera, Site)
-Ids = sa.Select[int]
-
-
-@dataclass(frozen=True, slots=True)
-class Extent:
-    """The ids of all that one deletion takes, by table; a table that is not named loses nothing."""
-
-    rows: Mapping[type[Any], Ids]
-
-    def of(self, table: type[Any]) -> Ids:
-        """Return the ids a table loses."""
-        return self.rows.get(table, sa.select(table.id).where(sa.false()))
-
-
-def extent(entity: str, ids: Collection[int]) -> Extent:
-    """Return what goes with some rows of one kind."""
-    table = DELETABLE[entity]
-    if table is ImageImport:  # the batch itself stays, and can be brought back there too
-        return Extent({Image: _images_of(ids)})
-    rows: dict[type[Any], Ids] = {table: sa.select(table.id).where(table.id.in_(ids))}
-    if Site in rows:
-        rows[Camera] = sa.select(Camera.id).where(Camera.site_id.in_(rows[Site]))
-        rows[AisFile] = sa.select(AisFile.id).where(AisFile.site_id.in_(rows[Site]))
-    if Camera in rows:
-        rows[Viewport] = sa.select(Viewport.id).where(Viewport.camera_id.in_(rows[Camera]))
-        rows[Image] = sa.select(Image.id).where(Image.camera_id.in_(rows[Camera]))
-    if Viewport in rows:
-        rows[Run] = sa.select(Run.id).where(Run.viewport_id.in_(rows[Viewport]))
-    return Extent(rows)
-
-
-def _images_of(import_ids: Collection[int]) -> Ids:
-    return (
-        sa.select(Image.id)
-        .join(ImageImport, ImageImport.id == Image.import_id)
-        .where(ImageImport.id.in_(import_ids), Image.camera_id == ImageImport.camera_id)
-    )
-
-
-def counts(session: Session, entity: str, going: Extent) -> dict[str, int]:
-    """Count what goes along, in words for people; kinds without any are left out."""
-    poses = sa.or_(Pose.run_id.in_(going.of(Run)), Pose.image_id.in_(going.of(Image)))
-    statements = {
-        "cameras": _count(Camera, Camera.id.in_(going.of(Camera))),
-        "viewports": _count(Viewport, Viewport.id.in_(going.of(Viewport))),
-        "registrations": _count(Registration, Registration.viewport_id.in_(going.of(Viewport))),
-        "images": _count(Image, Image.id.in_(going.of(Image))),
-        "runs": _count(Run, Run.id.in_(going.of(Run))),
-        "poses": _count(Pose, poses),
-        "reviews": _count(Review, Review.pose_id == Pose.id, poses),
-        "corrections": _count(Correction, Correction.pose_id == Pose.id, poses),
-        "AIS recordings": _count(AisFile, AisFile.id.in_(going.of(AisFile))),
-    }
-    if entity == "ais_file":  # of a whole site there may be many millions
-        statements = {
-            "positions": _count(AisPosition, AisPosition.file_id.in_(going.of(AisFile))),
-            "static reports": _count(AisStatic, AisStatic.file_id.in_(going.of(AisFile))),
-        }
-    own = DELETABLE[entity].__tablename__
-    found = {name: session.scalar(statement) or 0 for name, statement in statements.items()}
-    return {name: count for name, count in found.items() if count and name != own}
-
-
-def _count(table: type[Any], *conditions: sa.ColumnElement[bool]) -> sa.Select[int]:
-    return sa.select(sa.func.count(table.id)).where(*conditions)
+from app.tables.water import WaterLevel
 
 
 def under_way(session: Session, going: Extent) -> Sequence[int]:
@@ -202,7 +126,58 @@ def hidden_parents(session: Session, deletion: Deletion) -> Sequence[str]:
                 )
                 .distinct()
             )
+    above += _hidden_above_small(deletion) + _hidden_supports(deletion)
     return session.scalars(sa.union(*above), execution_options=WITH_DELETED).all()
+
+
+def _hidden_above_small(deletion: Deletion) -> list[sa.Select[str]]:
+    """Return what selects the names of deleted things that a smaller one belongs to."""
+    return [
+        sa.select(parent.c["name" if "name" in parent.c else "file_name"]).where(
+            parent.c.id.in_(sa.select(getattr(table, key)).where(table.deletion_id == deletion.id)),
+            parent.c.deleted_at.is_not(None),
+            parent.c.deletion_id.is_distinct_from(deletion.id),
+        )
+        for table in ALONE
+        for key, parent in parents_of(sa.inspect(table))
+    ]
+
+
+def _hidden_supports(deletion: Deletion) -> list[sa.Select[str]]:
+    """Return what selects the names of deleted models and landmarks that the rows rest on."""
+    seen = (
+        sa.select(Keypoint.landmark_id)
+        .join(Viewport, Viewport.id == Keypoint.viewport_id)
+        .where(Viewport.deletion_id == deletion.id)
+    )
+    by_runs = (
+        sa.select(table.model_id).where(table.deletion_id == deletion.id)
+        for table in (Run, StandingRun)
+    )
+    return [
+        sa.select(Landmark.name).where(Landmark.id.in_(seen), Landmark.deleted_at.is_not(None)),
+        *(
+            sa.select(Model.name).where(Model.id.in_(used), Model.deleted_at.is_not(None))
+            for used in by_runs
+        ),
+    ]
+
+
+def is_replaced(session: Session, deletion: Deletion) -> bool:
+    """Whether what would come back has its place taken by something no index would refuse.
+
+    A site's other series of water levels, or the same detector under another name.
+    """
+    if deletion.entity == "water_levels":
+        present = sa.exists().where(
+            WaterLevel.site_id == deletion.entity_id, WaterLevel.deleted_at.is_(None)
+        )
+    elif deletion.entity == "model":
+        gone = sa.select(Model.sha256).where(Model.deletion_id == deletion.id)
+        present = sa.exists().where(Model.sha256.in_(gone), Model.deleted_at.is_(None))
+    else:
+        return False
+    return bool(session.scalar(sa.select(present), execution_options=WITH_DELETED))
 
 
 def cameras_of(session: Session, going: Extent) -> Sequence[int]:
@@ -246,18 +221,17 @@ def viewport_cameras(session: Session, deletion: Deletion) -> Sequence[int]:
 def expired(session: Session, table: type[Deletable], before: datetime, limit: int) -> list[int]:
     """Return the ids of rows of a table that were deleted before a moment."""
     columns: Any = table
-    return list(
-        session.scalars(
-            sa.select(columns.id).where(columns.deleted_at < before).limit(limit),
-            execution_options=WITH_DELETED,
-        )
-    )
+    statement = sa.select(columns.id).where(columns.deleted_at < before)
+    if columns is Model:  # one that a run came back to is kept
+        used = sa.union(*(sa.select(rows.model_id) for rows in (Run, StandingRun)))
+        statement = statement.where(Model.id.not_in(used))
+    return list(session.scalars(statement.limit(limit), execution_options=WITH_DELETED))
 
 
 def contents(session: Session, table: type[Deletable], ids: Collection[int]) -> set[str]:
-    """Return the addresses of the bytes of images or recordings, deleted or not."""
+    """Return the addresses of the bytes of images, recordings or models, deleted or not."""
     columns: Any = table
-    if columns not in {Image, AisFile}:
+    if columns not in {Image, AisFile, Model}:
         return set()
     return set(
         session.scalars(
@@ -267,7 +241,15 @@ def contents(session: Session, table: type[Deletable], ids: Collection[int]) -> 
 
 
 def remove(session: Session, table: type[Any], ids: Collection[int]) -> None:
-    """Remove rows for good, with all that belongs to them."""
+    """Remove rows for good, with all that belongs to them; with a model what it found."""
+    if table is Model:
+        other, gone = aliased(Model), sa.select(Model.sha256).where(Model.id.in_(ids))
+        kept = sa.select(other.sha256).where(other.id.not_in(ids))
+        session.execute(
+            sa.delete(DetectionSet)
+            .where(DetectionSet.model_sha256.in_(gone), DetectionSet.model_sha256.not_in(kept))
+            .execution_options(synchronize_session=False)
+        )
     session.execute(
         sa.delete(table).where(table.id.in_(ids)).execution_options(synchronize_session=False)
     )

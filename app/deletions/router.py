@@ -3,20 +3,14 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Query
-from sqlalchemy.orm import Session
 
-from app.ais import actions as ais
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.deletions import actions, service
+from app.deletions import actions, service, things
 from app.deletions.schemas import DeletionOut, Entity, ExtentOut
 from app.dependencies import Page, PagingDep, SessionDep
 from app.ids import RowId
-from app.imagery import actions as imagery
-from app.registration import actions as registration
-from app.runs import actions as run_actions
 from app.runs import service as runs
-from app.sites import actions as sites
 
 router = APIRouter(tags=["deletions"], route_class=IdempotentRoute)
 Reader = Annotated[Access, allowed(Scope.READ)]
@@ -29,23 +23,14 @@ def preview_deletion(
     entity: Entity,
     identifier: Annotated[RowId, Query(alias="id")],
 ) -> ExtentOut:
-    """Count what would go along with a site, camera, viewport, run, image or AIS recording."""
-    _require_readable(session, access, entity, identifier)
+    """Count what would go along with something that can be deleted.
+
+    A series of water levels (`water_levels`) is named by the id of its site.
+    """
+    things.thing_for(session, access, Scope.READ, entity, identifier)
     counts = service.preview(session, entity, [identifier])
     stale = runs.resting_on_recording(session, identifier) if entity == "ais_file" else []
     return ExtentOut(entity=entity, id=identifier, counts=counts, stale_runs=len(stale))
-
-
-def _require_readable(session: Session, access: Access, entity: Entity, identifier: int) -> None:
-    look_up = {
-        "site": sites.site_for,
-        "camera": sites.camera_for,
-        "viewport": registration.viewport_for,
-        "run": run_actions.run_for,
-        "image": imagery.image_for,
-        "ais_file": ais.file_for,
-    }[entity]
-    look_up(session, access, Scope.READ, identifier)
 
 
 @router.get("/deletions")

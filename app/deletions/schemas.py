@@ -8,7 +8,26 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.deletions import service
 from app.tables.deletion import Deletion
 
-Entity = Literal["site", "camera", "viewport", "run", "image", "ais_file"]
+Entity = Literal[
+    "site",
+    "camera",
+    "viewport",
+    "run",
+    "image",
+    "ais_file",
+    "calibration_set",
+    "comment",
+    "feed",
+    "ground_truth_file",
+    "landmark",
+    "missed_vessel",
+    "model",
+    "retention_rule",
+    "review_queue",
+    "standing_run",
+    "watched_folder",
+    "water_levels",
+]
 
 
 class ExtentOut(BaseModel):

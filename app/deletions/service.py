@@ -15,8 +15,9 @@ from sqlalchemy.orm import Session
 
 from app.ais import service as ais
 from app.db import Database, now
-from app.deletions import repository
+from app.deletions import extents, repository
 from app.errors import Conflict, NotFound
+from app.feeds import service as feeds
 from app.imagery import service as imagery
 from app.paging import Paging
 from app.storage import Storage
@@ -27,12 +28,19 @@ log = structlog.get_logger()
 KEPT = timedelta(days=30)
 ROWS_AT_ONCE = 200
 TAKEN_NAME = "its name was given to another one meanwhile; rename that first"
-TAKEN = {"ais_file": "the same recording was imported again meanwhile; delete that one first"}
+TAKEN = {
+    "ais_file": "the same recording was imported again meanwhile; delete that one first",
+    "ground_truth_file": "the same file was imported again, or somebody drew in its photographs "
+    "meanwhile; remove that first",
+    "model": "the same detector was added again meanwhile; remove that one first",
+    "watched_folder": "the folder is watched again meanwhile; remove that first",
+    "water_levels": "another series was uploaded meanwhile; remove that one first",
+}
 
 
 def preview(session: Session, entity: str, ids: Collection[int]) -> dict[str, int]:
     """Count what would go along with some rows of one kind (`site`, `camera`, ...)."""
-    return repository.counts(session, entity, repository.extent(entity, ids))
+    return extents.counts(session, entity, extents.extent(entity, ids))
 
 
 def delete(
@@ -48,7 +56,7 @@ def delete(
 
     Raises Conflict while a worker is at a run among them.
     """
-    going = repository.extent(entity, ids)
+    going = extents.extent(entity, ids)
     busy = repository.under_way(session, going)
     if busy:
         runs = ", ".join(map(str, busy[:5]))
@@ -58,7 +66,7 @@ def delete(
         entity_id=next(iter(ids)) if len(ids) == 1 else None,
         site_id=site_id,
         label=label[:300],
-        counts=repository.counts(session, entity, going),
+        counts=extents.counts(session, entity, going),
         deleted_by_id=user_id,
         deleted_at=now(),
     )
@@ -113,6 +121,10 @@ def restore(session: Session, deletion: Deletion) -> None:
     above = repository.hidden_parents(session, deletion)
     if above:
         raise Conflict(f"{above[0]!r}, which it belongs to, is deleted too; restore that first")
+    if repository.is_replaced(session, deletion):
+        raise Conflict(TAKEN[deletion.entity])
+    if deletion.entity == "feed" and deletion.entity_id is not None:
+        feeds.restore_feed(session, deletion.entity_id)
     cameras = repository.viewport_cameras(session, deletion)
     try:
         with session.begin_nested():
@@ -134,7 +146,7 @@ def purge(database: Database, storage: Storage, before: datetime | None = None) 
     """
     before = before or now() - KEPT
     removed: dict[str, int] = {}
-    for table in repository.CHILDREN_FIRST:
+    for table in extents.CHILDREN_FIRST:
         while True:
             with database.writing() as session:
                 ids = repository.expired(session, table, before, ROWS_AT_ONCE)

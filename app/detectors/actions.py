@@ -14,6 +14,7 @@ from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.config import Settings
 from app.db import Database
+from app.deletions import service as deletions
 from app.detectors import imported, service
 from app.errors import Forbidden, Invalid, TooLarge
 from app.jobs import JobClient
@@ -41,10 +42,13 @@ def add_upload(
 
 
 def delete_model(session: Session, access: Access, model_id: int) -> None:
-    """Remove a model that no run uses."""
+    """Delete a model that no run uses, for 30 days."""
     access.require(Scope.INGEST, None)
     model = service.get_model(session, model_id)
-    service.delete_model(session, model)
+    service.require_unused(session, model)
+    deletions.delete(
+        session, "model", [model_id], site_id=None, label=model.name, user_id=access.user_id
+    )
     record(session, access, "delete", "model", model_id, name=model.name, sha256=model.sha256)
 
 

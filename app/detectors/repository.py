@@ -9,10 +9,12 @@ from sqlalchemy.orm import Session
 
 from app.db import find
 from app.paging import Paging, fetch_page
+from app.tables.deletion import PRESENT
 from app.tables.detection import Detection, DetectionSet, Model, ModelStatus
 from app.tables.groundtruth import GroundTruthImage
 from app.tables.identity import AuditEntry
 from app.tables.imagery import Image
+from app.tables.live import StandingRun
 from app.tables.runs import Run
 
 _IDS_AT_ONCE = 500
@@ -60,7 +62,7 @@ def add_model(session: Session, values: Mapping[str, Any]) -> int | None:
     statement = (
         insert(Model)
         .values(**values)
-        .on_conflict_do_nothing(index_elements=[Model.name])
+        .on_conflict_do_nothing(index_elements=[Model.name], index_where=PRESENT)
         .returning(Model.id)
     )
     model_id: int | None = session.scalar(statement)
@@ -106,11 +108,10 @@ def count_sets(session: Session, sha256: str) -> int:
     return session.scalar(statement) or 0
 
 
-def delete_model(session: Session, model: Model) -> None:
-    """Remove a model with what it found."""
-    session.execute(sa.delete(DetectionSet).where(DetectionSet.model_sha256 == model.sha256))
-    session.delete(model)
-    session.flush()
+def is_standing(session: Session, model_id: int) -> bool:
+    """Whether a standing run detects with a model."""
+    statement = sa.select(StandingRun.id).where(StandingRun.model_id == model_id).limit(1)
+    return session.scalar(statement) is not None
 
 
 def first_pulled_sha256(session: Session, name: str) -> str | None:

@@ -77,7 +77,7 @@ def get_model(model_id: int, session: SessionDep, access: Reader) -> ModelOut:
 
 @router.delete("/models/{model_id:int}", status_code=204)
 def delete_model(model_id: int, session: SessionDep, access: Operator) -> None:
-    """Remove a model that no run uses, with the boxes it found."""
+    """Delete a model that no run uses; for 30 days it can be restored with the boxes it found."""
     actions.delete_model(session, access, model_id)
 
 

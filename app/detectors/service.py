@@ -174,12 +174,13 @@ def count_uses(session: Session, model: Model) -> tuple[int, int]:
     return repository.count_runs(session, model.id), repository.count_sets(session, model.sha256)
 
 
-def delete_model(session: Session, model: Model) -> None:
-    """Remove a model and the boxes it found. Raises Conflict while a run uses it."""
+def require_unused(session: Session, model: Model) -> None:
+    """Raise Conflict while a run or a standing run uses a model."""
     runs = repository.count_runs(session, model.id)
     if runs:
         raise Conflict(f"{runs} runs use this model; their poses would lose their origin")
-    repository.delete_model(session, model)
+    if repository.is_standing(session, model.id):
+        raise Conflict("a standing run uses this model; remove that one first")
 
 
 def finish_probe(

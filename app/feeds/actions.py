@@ -9,6 +9,7 @@ from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.config import Settings
 from app.db import Database
+from app.deletions import service as deletions
 from app.feeds import service
 from app.feeds.schemas import FeedIn, FeedPatch
 from app.sites.actions import site_for
@@ -60,6 +61,9 @@ def update_feed(session: Session, access: Access, feed: AisFeed, data: FeedPatch
 
 
 def remove_feed(session: Session, access: Access, feed: AisFeed) -> None:
-    """Remove a feed; what it brought stays."""
+    """Remove a feed for 30 days; what it brought stays."""
+    deletions.delete(
+        session, "feed", [feed.id], site_id=feed.site_id, label=feed.name, user_id=access.user_id
+    )
     service.remove_feed(session, feed)
     record(session, access, "delete", "feed", feed.id, feed.site_id, name=feed.name)

@@ -30,6 +30,12 @@ def feed(session: Session, feed_id: int) -> AisFeed | None:
     return found if found is not None and found.removed_at is None else None
 
 
+def removed_feed(session: Session, feed_id: int) -> AisFeed | None:
+    """Return a feed that was removed."""
+    found = find(session, AisFeed, feed_id)
+    return found if found is not None and found.removed_at is not None else None
+
+
 def feeds(
     session: Session, readable: Readable, paging: Paging, site_id: int | None
 ) -> tuple[Sequence[AisFeed], str | None]:

@@ -82,7 +82,7 @@ def update_feed(
 
 @router.delete("/{feed_id:int}", status_code=204, dependencies=[VERSIONED])
 def remove_feed(feed_id: int, request: Request, session: SessionDep, access: Operator) -> None:
-    """Stop and remove a feed; the reports it brought stay."""
+    """Stop and delete a feed; the reports it brought stay, and it can be restored for 30 days."""
     feed = actions.feed_for(session, access, Scope.INGEST, feed_id)
     if "if-match" in request.headers:
         check_if_match(request, feed.version)

@@ -20,6 +20,7 @@ from app.paging import Paging
 from app.tables.feeds import AisFeed, AisFeedStatus, FeedCondition, FeedKind
 
 LEASE_PREFIX = "feed"
+NO_FEED = "there is no such feed"
 EVERY_FEED = Paging(limit=1000, after=None)
 Readable = frozenset[int] | None
 
@@ -80,8 +81,19 @@ def update_feed(session: Session, feed: AisFeed, data: FeedPatch) -> AisFeed:
 
 def remove_feed(session: Session, feed: AisFeed) -> None:
     """Remove a feed; what it brought stays, and says that it came from it."""
-    feed.enabled = False
     feed.removed_at = now()
+    _flush(session, feed)
+
+
+def restore_feed(session: Session, feed_id: int) -> None:
+    """Bring a removed feed back, switched on if it was. Raises Conflict as `create_feed`."""
+    feed = repository.removed_feed(session, feed_id)
+    if feed is None:
+        raise NotFound(NO_FEED)
+    _refuse_what_is_taken(session, feed)
+    feed.removed_at = None
+    if feed.enabled:  # it has not been silent while nobody listened
+        feed.started_at = now()
     _flush(session, feed)
 
 
@@ -89,7 +101,7 @@ def get_feed(session: Session, feed_id: int) -> AisFeed:
     """Return a feed. Raises NotFound."""
     feed = repository.feed(session, feed_id)
     if feed is None:
-        raise NotFound("there is no such feed")
+        raise NotFound(NO_FEED)
     return feed
 
 

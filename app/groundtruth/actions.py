@@ -12,6 +12,7 @@ from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.config import Settings
 from app.db import Database
+from app.deletions import service as deletions
 from app.errors import Invalid, TooLarge
 from app.groundtruth import importing, service
 from app.groundtruth.coco_file import CocoFile, read_coco
@@ -81,7 +82,7 @@ def import_file(
 
 
 def remove_file(session: Session, access: Access, file_id: int) -> None:
-    """Remove an imported file with its boxes."""
+    """Delete an imported file with its boxes, later ones too, for 30 days."""
     file = file_for(session, access, Scope.INGEST, file_id)
     record(
         session,
@@ -92,7 +93,14 @@ def remove_file(session: Session, access: Access, file_id: int) -> None:
         site_id=file.site_id,
         file_name=file.file_name,
     )
-    importing.remove(session, file)
+    deletions.delete(
+        session,
+        "ground_truth_file",
+        [file.id],
+        site_id=file.site_id,
+        label=file.file_name,
+        user_id=access.user_id,
+    )
 
 
 def link(session: Session, access: Access, site_id: int) -> int:

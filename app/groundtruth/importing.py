@@ -186,8 +186,3 @@ def _store_boxes(
     ]
     repository.add_boxes(session, rows)
     return len(rows)
-
-
-def remove(session: Session, file: GroundTruthFile) -> None:
-    """Remove an imported file with its photographs and their boxes, drawn ones included."""
-    repository.delete_file(session, file)

@@ -313,12 +313,6 @@ def move_detections(session: Session, before_sha256: str, after_sha256: str) -> 
             found.image_sha256 = after_sha256
 
 
-def delete_file(session: Session, file: GroundTruthFile) -> None:
-    """Remove an imported file with its photographs and boxes."""
-    session.delete(file)
-    session.flush()
-
-
 def touch(session: Session, image: GroundTruthImage) -> None:
     """Let a photograph's version grow: one of its boxes changed."""
     session.execute(

@@ -281,7 +281,10 @@ def get_file(ground_truth_file_id: int, session: SessionDep, access: Reader) -> 
 
 @router.delete("/files/{ground_truth_file_id:int}", status_code=204)
 def remove_file(ground_truth_file_id: int, session: SessionDep, access: Operator) -> None:
-    """Remove an imported file with its images and all their boxes, later ones included."""
+    """Delete an imported file with its images and all their boxes, later ones included.
+
+    It can be restored for 30 days.
+    """
     actions.remove_file(session, access, ground_truth_file_id)
 
 

@@ -10,6 +10,7 @@ from random import Random
 
 from sqlalchemy.orm import Session
 
+from app.deletions import service as deletions
 from app.domain.agreement import Kappa, cohens_kappa
 from app.domain.grading import GUIDELINE_VERSION, check_reasons
 from app.errors import Conflict, Invalid, NotFound
@@ -238,17 +239,25 @@ def with_present_reasons(session: Session, set_id: int, judged: Judged) -> Judge
     return replace(judged, reasons=row.reasons)
 
 
-def remove_pose(session: Session, set_id: int, pose_id: int) -> None:
-    """Take a pose out of a set. Raises NotFound."""
+def remove_pose(session: Session, set_id: int, pose_id: int) -> Judged:
+    """Take a pose out of a set; returns how it was judged. Raises NotFound."""
     row = repository.judgement(session, set_id, pose_id)
     if row is None:
         raise NotFound("the set has no such pose")
     session.delete(row)
+    return Judged(pose_id, row.grade, row.reasons, row.note)
 
 
-def delete_set(session: Session, found: CalibrationSet) -> None:
-    """Remove a set with all attempts at it."""
-    session.delete(found)
+def delete_set(session: Session, found: CalibrationSet, user_id: int) -> None:
+    """Delete a set with all attempts at it, for 30 days."""
+    deletions.delete(
+        session,
+        "calibration_set",
+        [found.id],
+        site_id=found.run.site_id,
+        label=found.name,
+        user_id=user_id,
+    )
 
 
 def answer(

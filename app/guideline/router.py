@@ -95,10 +95,10 @@ def _shown(session: Session, access: Access, found: CalibrationSet) -> Calibrati
 
 @router.delete("/{set_id}", status_code=204)
 def delete_set(set_id: int, session: SessionDep, access: Operator) -> None:
-    """Remove a calibration set with all attempts at it."""
+    """Delete a calibration set with all attempts at it; it can be restored for 30 days."""
     found = find_set(session, access, set_id, Scope.INGEST)
     record(session, access, "delete", "calibration_set", set_id, site_id=found.run.site_id)
-    practice.delete_set(session, found)
+    practice.delete_set(session, found, access.user_id)
 
 
 @router.put("/{set_id}/poses/{pose_id}")
@@ -116,9 +116,9 @@ def judge_pose(
 
 @router.delete("/{set_id}/poses/{pose_id}", status_code=204)
 def remove_pose(set_id: int, pose_id: int, session: SessionDep, access: Operator) -> None:
-    """Take a pose out of the set."""
+    """Take a pose out of the set; the audit log keeps how it was judged."""
     found = find_set(session, access, set_id, Scope.INGEST)
-    practice.remove_pose(session, set_id, pose_id)
+    judged = practice.remove_pose(session, set_id, pose_id)
     record(
         session,
         access,
@@ -127,6 +127,9 @@ def remove_pose(set_id: int, pose_id: int, session: SessionDep, access: Operator
         set_id,
         site_id=found.run.site_id,
         pose=pose_id,
+        grade=judged.grade.value,
+        reasons=list(judged.reasons),
+        note=judged.note,
     )
 
 

@@ -58,7 +58,7 @@ def facts_of(session: Session, site_id: int) -> Facts:
         .where(of_site)
     )
     recorded = sa.exists().where((AisFile.site_id == site_id) | AisFile.site_id.is_(None))
-    fed = sa.exists().where(AisFeed.site_id == site_id)
+    fed = sa.exists().where(AisFeed.site_id == site_id, AisFeed.removed_at.is_(None))
     graded = (
         sa.select(sa.func.count(Review.id))
         .join(Pose, Pose.id == Review.pose_id)

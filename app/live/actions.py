@@ -5,6 +5,7 @@ from sqlalchemy.orm import Session
 from app.auth import service as auth
 from app.auth.access import Access, Scope
 from app.auth.audit import record
+from app.deletions import service as deletions
 from app.errors import looked_up_by
 from app.live import folders, standing
 from app.live.schemas import FolderIn, StandingIn
@@ -54,10 +55,17 @@ def pause_folder(
 
 
 def remove_folder(session: Session, access: Access, folder_id: int) -> None:
-    """Forget a folder."""
+    """Watch a folder no longer; for 30 days it can be watched again as it was."""
     row = folder_for(session, access, folder_id)
     record(session, access, "forget", "folder", row.id, row.camera.site_id, path=row.path)
-    folders.remove(session, row)
+    deletions.delete(
+        session,
+        "watched_folder",
+        [row.id],
+        site_id=row.camera.site_id,
+        label=row.path,
+        user_id=access.user_id,
+    )
 
 
 def add_standing(session: Session, access: Access, data: StandingIn) -> StandingRun:
@@ -98,7 +106,14 @@ def pause_standing(
 
 
 def remove_standing(session: Session, access: Access, standing_id: int) -> None:
-    """End a standing run."""
+    """End a standing run; for 30 days it can be let go on."""
     row = standing_for(session, access, standing_id)
     record(session, access, "end", "standing run", row.id, row.viewport.camera.site_id)
-    standing.remove(session, row)
+    deletions.delete(
+        session,
+        "standing_run",
+        [row.id],
+        site_id=row.viewport.camera.site_id,
+        label=row.name,
+        user_id=access.user_id,
+    )

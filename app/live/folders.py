@@ -57,12 +57,6 @@ def set_paused(session: Session, row: WatchedFolder, *, paused: bool) -> None:
     session.flush()
 
 
-def remove(session: Session, row: WatchedFolder) -> None:
-    """Watch a folder no longer; its images stay."""
-    session.delete(row)
-    session.flush()
-
-
 def counts(session: Session, folder_id: int) -> Mapping[str, int]:
     """Count a folder's files by what became of them."""
     return repository.file_counts(session, folder_id)

@@ -97,7 +97,7 @@ def resume_folder(
 
 @router.delete("/watched-folders/{folder_id:int}", status_code=204, dependencies=[VERSIONED])
 def remove_folder(folder_id: int, request: Request, session: SessionDep, access: Ingester) -> None:
-    """Forget a folder; the images that came from it stay."""
+    """Watch a folder no longer; its images stay, and it can be restored for 30 days."""
     heed_if_match(request, actions.folder_for(session, access, folder_id).version)
     actions.remove_folder(session, access, folder_id)
 
@@ -137,6 +137,6 @@ def resume_standing_run(
 def remove_standing_run(
     standing_id: int, request: Request, session: SessionDep, access: Ingester
 ) -> None:
-    """End a standing run; its run and poses stay."""
+    """End a standing run; its run and poses stay, and it can be restored for 30 days."""
     heed_if_match(request, actions.standing_for(session, access, standing_id).version)
     actions.remove_standing(session, access, standing_id)

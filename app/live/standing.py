@@ -78,12 +78,6 @@ def set_paused(session: Session, row: StandingRun, *, paused: bool) -> None:
     session.flush()
 
 
-def remove(session: Session, row: StandingRun) -> None:
-    """End a standing run; its run stays as it is."""
-    session.delete(row)
-    session.flush()
-
-
 def wanted(session: Session) -> Mapping[int, int]:
     """Return the standing runs to look after, each with its version."""
     return repository.running(session)

@@ -133,7 +133,7 @@ def update_landmark(
 def delete_landmark(
     landmark_id: int, request: Request, session: SessionDep, access: Registrar
 ) -> None:
-    """Remove a landmark that no viewport uses."""
+    """Delete a landmark that no viewport uses; it can be restored for 30 days."""
     landmark, _ = landmarks.landmark_for(session, access, Scope.REGISTER, landmark_id)
     if "if-match" in request.headers:
         check_if_match(request, landmark.version)

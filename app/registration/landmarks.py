@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope
 from app.auth.audit import record
+from app.deletions import service as deletions
 from app.edits import flush_named
 from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.paging import Paging
@@ -35,11 +36,17 @@ def landmark_for(
     session: Session, access: Access, scope: Scope, landmark_id: int
 ) -> tuple[Landmark, Site]:
     """Return a landmark, and its site on which the caller holds a scope. Raises NotFound."""
+    landmark = get(session, landmark_id)
+    access.require(scope, landmark.site_id)
+    return landmark, sites.get_site(session, landmark.site_id)
+
+
+def get(session: Session, landmark_id: int) -> Landmark:
+    """Return a landmark. Raises NotFound."""
     landmark = repository.landmark(session, landmark_id)
     if landmark is None:
         raise NotFound("there is no such landmark")
-    access.require(scope, landmark.site_id)
-    return landmark, sites.get_site(session, landmark.site_id)
+    return landmark
 
 
 def all_of(session: Session, site_id: int) -> Sequence[Landmark]:
@@ -86,14 +93,20 @@ def update(
 
 
 def delete(session: Session, access: Access, landmark: Landmark) -> None:
-    """Remove a landmark. Raises Conflict while a viewport uses it."""
+    """Delete a landmark for 30 days. Raises Conflict while a viewport uses it."""
     names = repository.viewport_names_of_landmark(session, landmark.id)
     if names:
         listed_names = ", ".join(repr(name) for name in names)
         raise Conflict(f"viewport {listed_names} has a keypoint of it; remove that one first")
     record(session, access, "delete", "landmark", landmark.id, landmark.site_id, name=landmark.name)
-    session.delete(landmark)
-    session.flush()
+    deletions.delete(
+        session,
+        "landmark",
+        [landmark.id],
+        site_id=landmark.site_id,
+        label=landmark.name,
+        user_id=access.user_id,
+    )
 
 
 def bring_in(

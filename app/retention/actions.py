@@ -4,6 +4,7 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope
 from app.auth.audit import record
+from app.deletions import service as deletions
 from app.errors import Invalid, looked_up_by
 from app.retention import service
 from app.retention.schemas import RuleIn
@@ -42,8 +43,14 @@ def switch(session: Session, access: Access, rule_id: int, *, on: bool) -> Reten
 
 
 def remove(session: Session, access: Access, rule_id: int) -> None:
-    """Remove a rule."""
+    """Delete a rule for 30 days."""
     row = rule_for(session, access, rule_id)
     record(session, access, "remove", "retention rule", row.id, row.site_id)
-    session.delete(row)
-    session.flush()
+    deletions.delete(
+        session,
+        "retention_rule",
+        [row.id],
+        site_id=row.site_id,
+        label=service.label(row),
+        user_id=access.user_id,
+    )

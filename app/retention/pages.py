@@ -62,6 +62,14 @@ def switch_off(rule_id: int, session: SessionDep, access: Administrator) -> Resp
     return RedirectResponse(f"/sites/{row.site_id}/retention", status_code=303)
 
 
+@router.post("/retention-rules/{rule_id:int}/delete")
+def remove_rule(rule_id: int, session: SessionDep, access: Administrator) -> Response:
+    """Delete a rule, after it was asked."""
+    site_id = actions.rule_for(session, access, rule_id).site_id
+    actions.remove(session, access, rule_id)
+    return RedirectResponse(f"/sites/{site_id}/retention", status_code=303)
+
+
 def _rules_page(
     request: Request,
     session: SessionDep,

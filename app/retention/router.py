@@ -54,6 +54,6 @@ def switch_off(
 
 @router.delete("/retention-rules/{rule_id:int}", status_code=204, dependencies=[VERSIONED])
 def remove_rule(rule_id: int, request: Request, session: SessionDep, access: Administrator) -> None:
-    """Remove a rule."""
+    """Delete a rule; it can be restored for 30 days."""
     heed_if_match(request, actions.rule_for(session, access, rule_id).version)
     actions.remove(session, access, rule_id)

@@ -22,6 +22,11 @@ ROWS_AT_ONCE = 500
 LONGEST_DAYS = 36_500
 
 
+def label(rule: RetentionRule) -> str:
+    """Return how people call a rule."""
+    return f"{rule.kind.value.replace('_', ' ')} kept for {rule.keep_days} days"
+
+
 def get(session: Session, rule_id: int) -> RetentionRule:
     """Return a rule. Raises NotFound."""
     row = repository.rule(session, rule_id)

@@ -149,7 +149,7 @@ def change_missed(
 
 @router.delete("/missed-vessels/{missed_id}", status_code=204, dependencies=[VERSIONED])
 def delete_missed(missed_id: int, request: Request, session: SessionDep, access: Reviewer) -> None:
-    """Unmark a missed vessel."""
+    """Unmark a missed vessel; it can be restored for 30 days."""
     missed = _missed(session, access, Scope.REVIEW, missed_id)
     heed_if_match(request, missed.version)
     record(
@@ -162,7 +162,7 @@ def delete_missed(missed_id: int, request: Request, session: SessionDep, access:
         image_id=missed.image_id,
         reason=missed.reason.value,
     )
-    run_images.delete_missed(session, missed)
+    run_images.delete_missed(session, missed, access.user_id)
 
 
 @router.get("/images/{image_id}/vessels")

@@ -102,14 +102,14 @@ def comment_on_image(
 
 @router.delete("/comments/{comment_id}", status_code=204)
 def delete_comment(comment_id: int, session: SessionDep, access: Reviewer) -> None:
-    """Remove a comment of one's own, or any as an administrator of the site."""
+    """Delete a comment of one's own, or any as an administrator; it can be restored for 30 days."""
     comment = notes.get_comment(session, comment_id)
     site_id = run_images.site_of_image(session, comment.image_id)
     access.require(Scope.REVIEW, site_id)
     if comment.user_id != access.user_id and not access.may(Scope.ADMIN, site_id):
         raise Forbidden("only its author or an administrator removes a comment")
     record(session, access, "delete", "comment", comment.id, site_id=site_id)
-    notes.delete_comment(session, comment)
+    notes.delete_comment(session, comment, site_id, access.user_id)
 
 
 @router.get("/me/keys")

@@ -4,12 +4,14 @@ from collections.abc import Mapping, Sequence
 
 from sqlalchemy.orm import Session
 
+from app.deletions import service as deletions
 from app.errors import Conflict, NotFound
 from app.paging import Paging
 from app.reviews import note_repository as repository
 from app.tables.notes import Bookmark, Comment
 
 MOST_COMMENTS = 500
+_LABEL = 100  # characters of a comment that name it when it is deleted
 
 
 def image_of_pose(session: Session, pose_id: int) -> int:
@@ -68,9 +70,12 @@ def get_comment(session: Session, comment_id: int) -> Comment:
     return comment
 
 
-def delete_comment(session: Session, comment: Comment) -> None:
-    """Remove a comment."""
-    session.delete(comment)
+def delete_comment(session: Session, comment: Comment, site_id: int, user_id: int) -> None:
+    """Delete a comment for 30 days."""
+    label = comment.text if len(comment.text) <= _LABEL else f"{comment.text[: _LABEL - 1]}…"
+    deletions.delete(
+        session, "comment", [comment.id], site_id=site_id, label=label, user_id=user_id
+    )
 
 
 def keys(session: Session, user_id: int) -> Mapping[str, Sequence[str]]:

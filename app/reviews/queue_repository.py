@@ -294,6 +294,14 @@ def hand_over(session: Session, giver_id: int, taker_id: int, until: datetime) -
     return len(items)
 
 
+def count_held(session: Session, user_id: int) -> int:
+    """Count what a person holds and has not done."""
+    statement = sa.select(sa.func.count(ReviewQueueItem.id)).where(
+        ReviewQueueItem.user_id == user_id, _OPEN
+    )
+    return session.scalar(statement) or 0
+
+
 def let_go(session: Session, user_id: int) -> None:
     """Give back what a person holds and has not done."""
     session.execute(

@@ -87,12 +87,15 @@ def get_progress(queue_id: int, session: SessionDep, access: Reader) -> Progress
 
 @router.delete("/review-queues/{queue_id}", status_code=204)
 def delete_queue(queue_id: int, session: SessionDep, access: Reviewer) -> None:
-    """Remove a queue of one's own, or any as an administrator; what was graded stays."""
+    """Delete a queue of one's own, or any as an administrator; what was graded stays.
+
+    It can be restored for 30 days.
+    """
     queue = _queue(session, queue_id, access, Scope.REVIEW)
     if queue.created_by_id != access.user_id and not access.may(Scope.ADMIN, queue.run.site_id):
         raise Forbidden("only its maker or an administrator removes a queue")
     record(session, access, "delete", "review queue", queue.id, site_id=queue.run.site_id)
-    queues.delete(session, queue)
+    queues.delete(session, queue, access.user_id)
 
 
 @router.post(

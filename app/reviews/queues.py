@@ -14,6 +14,7 @@ from datetime import datetime, timedelta
 from sqlalchemy.orm import Session
 
 from app.db import now
+from app.deletions import service as deletions
 from app.domain.review_order import doubt, shuffled
 from app.errors import Invalid, NotFound
 from app.paging import Paging
@@ -206,9 +207,21 @@ def counts(session: Session, queues: Sequence[ReviewQueue], user_id: int) -> Map
     return repository.counts(session, [queue.id for queue in queues], user_id, now())
 
 
-def delete(session: Session, queue: ReviewQueue) -> None:
-    """Remove a queue; what was graded through it stays."""
-    session.delete(queue)
+def label(queue: ReviewQueue) -> str:
+    """Return how people call a queue."""
+    return f"{queue.unit.value}s of run {queue.run_id}, {queue.order.value.replace('_', ' ')}"
+
+
+def delete(session: Session, queue: ReviewQueue, user_id: int) -> None:
+    """Delete a queue for 30 days; what was graded through it stays."""
+    deletions.delete(
+        session,
+        "review_queue",
+        [queue.id],
+        site_id=queue.run.site_id,
+        label=label(queue),
+        user_id=user_id,
+    )
 
 
 def get_open(session: Session, queue_id: int) -> OpenQueue:
@@ -262,6 +275,11 @@ def hand_over(session: Session, giver_id: int, taker_id: int, lease_s: float) ->
     """Let a person go on with another's open queues and leases; returns how many items moved."""
     until = now() + timedelta(seconds=lease_s)
     return repository.hand_over(session, giver_id, taker_id, until)
+
+
+def count_held(session: Session, user_id: int) -> int:
+    """Count what a person holds of all queues and has not done."""
+    return repository.count_held(session, user_id)
 
 
 def let_go(session: Session, user_id: int) -> None:

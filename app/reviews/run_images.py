@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.auth.access import Access, Scope
 from app.db import now
+from app.deletions import service as deletions
 from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.paging import Paging
 from app.reviews import image_repository as repository
@@ -170,9 +171,19 @@ def change_missed(session: Session, found: MissedVessel, changes: dict[str, obje
     session.flush()
 
 
-def delete_missed(session: Session, found: MissedVessel) -> None:
-    """Unmark a missed vessel."""
-    session.delete(found)
+def delete_missed(session: Session, found: MissedVessel, user_id: int) -> None:
+    """Unmark a missed vessel, for 30 days."""
+    image = repository.image(session, found.image_id)
+    if image is None:
+        raise NotFound("there is no such image")
+    deletions.delete(
+        session,
+        "missed_vessel",
+        [found.id],
+        site_id=image.site_id,
+        label=f"{found.reason.value.replace('_', ' ')}, in {image.file_name}",
+        user_id=user_id,
+    )
 
 
 def _check(session: Session, image_id: int, box: Box) -> None:

@@ -11,9 +11,14 @@ from app.tables.water import WaterLevel
 _AT_ONCE = 5000
 
 
-def replace(session: Session, site_id: int, readings: Sequence[tuple[datetime, float]]) -> None:
-    """Make these a site's readings, in place of all before."""
-    session.execute(sa.delete(WaterLevel).where(WaterLevel.site_id == site_id))
+def has_readings(session: Session, site_id: int) -> bool:
+    """Whether a site has a series."""
+    statement = sa.select(WaterLevel.id).where(WaterLevel.site_id == site_id).limit(1)
+    return session.scalar(statement) is not None
+
+
+def insert(session: Session, site_id: int, readings: Sequence[tuple[datetime, float]]) -> None:
+    """Store the readings of a site that has none."""
     for begin in range(0, len(readings), _AT_ONCE):
         rows = [
             {"site_id": site_id, "measured_at": moment, "level_m": level_m}

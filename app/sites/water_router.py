@@ -104,7 +104,10 @@ def replace_series(
         Query(ge=-HIGHEST_M, le=HIGHEST_M, description="Gauge datum above the ellipsoid"),
     ] = 0.0,
 ) -> SeriesOut:
-    """Replace a site's series by a CSV table `time,level_m`, all or nothing."""
+    """Replace a site's series by a CSV table `time,level_m`, all or nothing.
+
+    The series before can be restored for 30 days, once the new one is deleted.
+    """
     site = actions.site_for(session, access, Scope.REGISTER, site_id)
     readings = parse_levels(text, site.timezone, offset_m)
     return SeriesOut.of(site.water_level_m, water_actions.replace(session, access, site, readings))
@@ -112,7 +115,7 @@ def replace_series(
 
 @router.delete("/sites/{site_id:int}/water-levels", status_code=204)
 def delete_series(site_id: int, session: SessionDep, access: Registrar) -> None:
-    """Remove a site's series; its constant level holds again."""
+    """Delete a site's series; its constant level holds again. It can be restored for 30 days."""
     site = actions.site_for(session, access, Scope.REGISTER, site_id)
     water_actions.remove(session, access, site)
 

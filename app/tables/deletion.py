@@ -1,9 +1,12 @@
 """What was deleted stays for a while, hidden from every query, and can be brought back.
 
-Sites, cameras, viewports, images and runs are never removed at once: `deleted_at` hides them, and
-everything that belongs to one of them (poses, keypoints, queues, reports) is hidden with it. No
-query has to remember this: importing the tables teaches every session to leave such rows out of
-whatever it selects. Asking with the execution option `with_deleted` shows them.
+Sites, cameras, viewports, images, runs and recordings are never removed at once: `deleted_at`
+hides them, and everything that belongs to one of them (poses, keypoints, queues, reports) is hidden
+with it. No query has to remember this: importing the tables teaches every session to leave such
+rows out of whatever it selects. Asking with the execution option `with_deleted` shows them.
+
+Smaller things (`DeletableAlone`: landmarks, models, queues and the like) can be deleted one by one
+too; where a site or run is deleted, they are hidden as all else that belongs to it.
 
 Only selects are told. The inner select of an insert, update or delete must leave them out itself.
 """
@@ -35,6 +38,28 @@ class Deletable:
 
     deleted_at: Mapped[datetime | None]
     deletion_id: Mapped[int | None] = mapped_column(index=True)
+
+
+class DeletableAlone(Deletable):
+    """A row that can be deleted by itself, and is hidden too with what it belongs to.
+
+    A site, camera, viewport, image or run marks all such below it when it is deleted; of these
+    nothing is marked then, so that each comes back as it was.
+    """
+
+
+PRESENT = sa.text("deleted_at IS NULL")  # what was deleted leaves its name to others
+
+
+def unique_among_present(table: str, *columns: str) -> sa.Index:
+    """Return an index that lets no two rows that are not deleted have the same values."""
+    return sa.Index(
+        f"uq_{table}_{'_'.join(columns)}",
+        *columns,
+        unique=True,
+        sqlite_where=PRESENT,
+        postgresql_where=PRESENT,
+    )
 
 
 def index_of_deleted(table: str) -> sa.Index:
@@ -73,7 +98,7 @@ class Deletion(Base):
 
 
 @cache
-def _parents(mapper: Mapper[Any]) -> tuple[tuple[str, sa.Table], ...]:
+def parents_of(mapper: Mapper[Any]) -> tuple[tuple[str, sa.Table], ...]:
     """Return the columns that name a deletable row this one belongs to, and that row's table."""
     if mapper.class_.__tablename__ in ALWAYS_SHOWN:
         return ()
@@ -92,12 +117,15 @@ def _is_visible(row: type[Any]) -> sa.ColumnElement[bool]:
     mapper: Mapper[Any] | None = sa.inspect(row, raiseerr=False)
     if mapper is None:
         return sa.true()
+    own: list[sa.ColumnElement[bool]] = []
     if issubclass(mapper.class_, Deletable):
-        visible: sa.ColumnElement[bool] = row.deleted_at.is_(None)
-        return visible
+        own.append(row.deleted_at.is_(None))
+        if not issubclass(mapper.class_, DeletableAlone):
+            return own[0]
     return sa.and_(
         sa.true(),
-        *(_belongs_to_visible(getattr(row, name), table) for name, table in _parents(mapper)),
+        *own,
+        *(_belongs_to_visible(getattr(row, name), table) for name, table in parents_of(mapper)),
     )
 
 

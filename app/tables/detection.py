@@ -9,6 +9,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, enum_type, now
 from app.tables.ais import WideId
+from app.tables.deletion import DeletableAlone, index_of_deleted, unique_among_present
 
 
 class ModelStatus(StrEnum):
@@ -19,13 +20,13 @@ class ModelStatus(StrEnum):
     REFUSED = "refused"
 
 
-class Model(Base):
+class Model(DeletableAlone, Base):
     """A detector: an ONNX file, or a named source of imported detections (family `imported`)."""
 
     __tablename__ = "models"
 
     id: Mapped[int] = mapped_column(primary_key=True)
-    name: Mapped[str] = mapped_column(sa.String(200), unique=True)
+    name: Mapped[str] = mapped_column(sa.String(200))
     family: Mapped[str] = mapped_column(sa.String(64))
     sha256: Mapped[str] = mapped_column(sa.String(64), index=True)
     size_bytes: Mapped[int]
@@ -36,6 +37,8 @@ class Model(Base):
     created_by_id: Mapped[int | None] = mapped_column(
         sa.ForeignKey("users.id", ondelete="SET NULL")
     )
+
+    __table_args__ = (unique_among_present("models", "name"), index_of_deleted("models"))
 
 
 class DetectionSet(Base):

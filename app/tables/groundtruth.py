@@ -8,6 +8,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, Json, enum_type, now
+from app.tables.deletion import DeletableAlone, index_of_deleted, unique_among_present
 
 
 class VesselClass(StrEnum):
@@ -20,7 +21,7 @@ class VesselClass(StrEnum):
     SUBVESSEL = "subvessel"
 
 
-class GroundTruthFile(Base):
+class GroundTruthFile(DeletableAlone, Base):
     """A COCO file of boxes that was imported.
 
     `document` is the file without its images and annotations, so that it can go out as it came;
@@ -40,10 +41,13 @@ class GroundTruthFile(Base):
         sa.ForeignKey("users.id", ondelete="SET NULL")
     )
 
-    __table_args__ = (sa.UniqueConstraint("site_id", "sha256"),)
+    __table_args__ = (
+        unique_among_present("ground_truth_files", "site_id", "sha256"),
+        index_of_deleted("ground_truth_files"),
+    )
 
 
-class GroundTruthImage(Base):
+class GroundTruthImage(DeletableAlone, Base):
     """A photograph that people drew boxes in; it may be absent here, known by its file's name.
 
     `content_sha256` is the key that detections of it are stored under: the photograph's hash, or a
@@ -57,7 +61,7 @@ class GroundTruthImage(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     site_id: Mapped[int] = mapped_column(sa.ForeignKey("sites.id", ondelete="CASCADE"))
     image_id: Mapped[int | None] = mapped_column(
-        sa.ForeignKey("images.id", ondelete="SET NULL"), unique=True
+        sa.ForeignKey("images.id", ondelete="SET NULL"), index=True
     )
     file_id: Mapped[int | None] = mapped_column(
         sa.ForeignKey("ground_truth_files.id", ondelete="CASCADE"), index=True
@@ -78,7 +82,11 @@ class GroundTruthImage(Base):
     version: Mapped[int] = mapped_column(default=1)
 
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
-    __table_args__ = (sa.Index("ix_ground_truth_images_site", "site_id", "id"),)
+    __table_args__ = (
+        sa.Index("ix_ground_truth_images_site", "site_id", "id"),
+        unique_among_present("ground_truth_images", "image_id"),
+        index_of_deleted("ground_truth_images"),
+    )
 
 
 class GroundTruthBox(Base):

@@ -8,11 +8,12 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, enum_type, now
+from app.tables.deletion import DeletableAlone, index_of_deleted, unique_among_present
 from app.tables.detection import Model
 from app.tables.sites import Camera, Viewport
 
 
-class WatchedFolder(Base):
+class WatchedFolder(DeletableAlone, Base):
     """A folder, seen by the workers, whose photographs are a camera's."""
 
     __tablename__ = "watched_folders"
@@ -31,7 +32,10 @@ class WatchedFolder(Base):
 
     camera: Mapped[Camera] = relationship()
 
-    __table_args__ = (sa.UniqueConstraint("camera_id", "path"),)
+    __table_args__ = (
+        unique_among_present("watched_folders", "camera_id", "path"),
+        index_of_deleted("watched_folders"),
+    )
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
 
 
@@ -61,7 +65,7 @@ class WatchedFile(Base):
     __table_args__ = (sa.UniqueConstraint("folder_id", "path"),)
 
 
-class StandingRun(Base):
+class StandingRun(DeletableAlone, Base):
     """What is done with a viewport's images as they come, and again when AIS comes later.
 
     Images younger than `ais_wait_s` are fused again when reports of their time come in;
@@ -96,6 +100,7 @@ class StandingRun(Base):
     viewport: Mapped[Viewport] = relationship()
     model: Mapped[Model] = relationship()
 
+    __table_args__ = (index_of_deleted("standing_runs"),)
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
 
 
@@ -107,7 +112,7 @@ class RetentionKind(StrEnum):
     PREVIEWS = "previews"
 
 
-class RetentionRule(Base):
+class RetentionRule(DeletableAlone, Base):
     """How many days something of a site, or of one camera of it, is kept."""
 
     __tablename__ = "retention_rules"
@@ -126,4 +131,5 @@ class RetentionRule(Base):
     created_at: Mapped[datetime] = mapped_column(default=now)
     version: Mapped[int] = mapped_column(default=1)
 
+    __table_args__ = (index_of_deleted("retention_rules"),)
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way

@@ -7,6 +7,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, now
+from app.tables.deletion import DeletableAlone, index_of_deleted
 from app.tables.identity import User
 
 
@@ -36,7 +37,7 @@ class Bookmark(Base):
     )
 
 
-class Comment(Base):
+class Comment(DeletableAlone, Base):
     """What a person said at an image, or at one pose in it, for others to read."""
 
     __tablename__ = "comments"
@@ -53,6 +54,8 @@ class Comment(Base):
     created_at: Mapped[datetime] = mapped_column(default=now)
 
     user: Mapped[User | None] = relationship(lazy="joined")
+
+    __table_args__ = (index_of_deleted("comments"),)
 
 
 class KeyBindings(Base):

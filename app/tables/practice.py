@@ -11,11 +11,12 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, enum_type, now
 from app.tables.ais import WideId
+from app.tables.deletion import DeletableAlone, index_of_deleted
 from app.tables.reviews import Grade
 from app.tables.runs import Run
 
 
-class CalibrationSet(Base):
+class CalibrationSet(DeletableAlone, Base):
     """Judged poses of one run. `seed`: of the draw, where they were judged from the truth."""
 
     __tablename__ = "calibration_sets"
@@ -32,6 +33,8 @@ class CalibrationSet(Base):
     created_at: Mapped[datetime] = mapped_column(default=now)
 
     run: Mapped[Run] = relationship()
+
+    __table_args__ = (index_of_deleted("calibration_sets"),)
 
 
 class JudgedPose(Base):

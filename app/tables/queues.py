@@ -12,6 +12,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, enum_type, now
 from app.tables.ais import WideId
+from app.tables.deletion import DeletableAlone, index_of_deleted
 from app.tables.identity import User
 from app.tables.runs import Run
 
@@ -33,7 +34,7 @@ class QueueOrder(StrEnum):
     SECOND_OPINION = "second_opinion"  # only poses that one person has graded
 
 
-class ReviewQueue(Base):
+class ReviewQueue(DeletableAlone, Base):
     """A list of poses or images of a run, in an order.
 
     `seed` is that of the random order or sample; the same seed and run give the same.
@@ -55,6 +56,8 @@ class ReviewQueue(Base):
 
     run: Mapped[Run] = relationship()
     created_by: Mapped[User | None] = relationship(lazy="joined")
+
+    __table_args__ = (index_of_deleted("review_queues"),)
 
 
 class ReviewQueueItem(Base):

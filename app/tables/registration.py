@@ -8,6 +8,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, Json, enum_type, now
+from app.tables.deletion import DeletableAlone, index_of_deleted, unique_among_present
 from app.tables.sites import Viewport
 
 
@@ -29,7 +30,7 @@ class RegistrationMethod(StrEnum):
     ROTATION = "rotation"  # another registration, turned by what photographs show
 
 
-class Landmark(Base):
+class Landmark(DeletableAlone, Base):
     """A named world point (WGS84, ellipsoidal height), shared by all viewports of a site."""
 
     __tablename__ = "landmarks"
@@ -42,7 +43,10 @@ class Landmark(Base):
     height_m: Mapped[float]
     version: Mapped[int] = mapped_column(default=1, server_default="1")
 
-    __table_args__ = (sa.UniqueConstraint("site_id", "name"),)
+    __table_args__ = (
+        unique_among_present("landmarks", "site_id", "name"),
+        index_of_deleted("landmarks"),
+    )
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
 
 

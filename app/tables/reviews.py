@@ -8,6 +8,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from app.db import Base, Json, enum_type, now
+from app.tables.deletion import DeletableAlone, index_of_deleted
 from app.tables.identity import User
 
 
@@ -146,7 +147,7 @@ class Correction(Base):
     )
 
 
-class MissedVessel(Base):
+class MissedVessel(DeletableAlone, Base):
     """A visible vessel without a pose: where it is in the image and why it was missed."""
 
     __tablename__ = "missed_vessels"
@@ -168,6 +169,7 @@ class MissedVessel(Base):
 
     user: Mapped[User | None] = relationship(lazy="joined")
 
+    __table_args__ = (index_of_deleted("missed_vessels"),)
     __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
 
 

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from app.db import Base
 from app.tables.ais import WideId
+from app.tables.deletion import DeletableAlone, index_of_deleted, unique_among_present
 
 
 class WaterLevelSource(StrEnum):
@@ -18,7 +19,7 @@ class WaterLevelSource(StrEnum):
     GAP = "gap"  # the site's own: the series has no readings around that time
 
 
-class WaterLevel(Base):
+class WaterLevel(DeletableAlone, Base):
     """One reading of a gauge: metres above the WGS84 ellipsoid at a moment."""
 
     __tablename__ = "water_levels"
@@ -28,4 +29,7 @@ class WaterLevel(Base):
     measured_at: Mapped[datetime]
     level_m: Mapped[float]
 
-    __table_args__ = (sa.UniqueConstraint("site_id", "measured_at"),)
+    __table_args__ = (
+        unique_among_present("water_levels", "site_id", "measured_at"),
+        index_of_deleted("water_levels"),
+    )

@@ -11,8 +11,8 @@ from sqlalchemy import select
 
 from app.config import Settings
 from app.db import Database
+from app.deletions import service as deletions
 from app.detectors.releases import PINNED_SHA256, Source, pull_model
-from app.detectors.service import delete_model, get_model
 from app.errors import Conflict, Invalid, TooLarge, Unavailable
 from app.jobs import JobClient
 from app.storage import Storage
@@ -86,7 +86,7 @@ def test_the_first_pull_is_recorded_and_checked_ever_after(
     assert not pull_model(database, storage, jobs, "yolox-tiny", source=source).created
 
     with database.writing() as session:
-        delete_model(session, get_model(session, first.model.id))
+        deletions.delete(session, "model", [first.model.id], site_id=None, label="yolox-tiny")
     Release.files["yolox_tiny.onnx"] = changed = yolox_like(class_names=["ship"])
     with pytest.raises(Conflict, match="was recorded"):
         pull_model(database, storage, jobs, "yolox-tiny", source=source)
