@@ -187,14 +187,26 @@ def add_detections(
     settings_sha256: str,
     boxes_by_image: Mapping[str, Sequence[Mapping[str, Any]]],
 ) -> None:
-    """Add a detection set for each image, by SHA-256, with its boxes as columns."""
+    """Add a detection set for each image, by SHA-256, with its boxes as columns.
+
+    Those that a deleted detector of the same content left are the same, and stay.
+    """
+    there = set(
+        session.scalars(
+            sa.select(DetectionSet.image_sha256).where(
+                DetectionSet.model_sha256 == model_sha256,
+                DetectionSet.settings_sha256 == settings_sha256,
+            )
+        )
+    )
+    new = {sha256: boxes for sha256, boxes in boxes_by_image.items() if sha256 not in there}
     rows = [
         {
             "image_sha256": image_sha256,
             "model_sha256": model_sha256,
             "settings_sha256": settings_sha256,
         }
-        for image_sha256 in boxes_by_image
+        for image_sha256 in new
     ]
     if not rows:
         return
@@ -202,7 +214,7 @@ def add_detections(
     set_ids = {sha256: set_id for set_id, sha256 in session.execute(statement, rows)}
     boxes = [
         {"detection_set_id": set_ids[image_sha256], **box}
-        for image_sha256, found in boxes_by_image.items()
+        for image_sha256, found in new.items()
         for box in found
     ]
     if boxes:

@@ -86,10 +86,10 @@ def remove_feed(session: Session, feed: AisFeed) -> None:
 
 
 def restore_feed(session: Session, feed_id: int) -> None:
-    """Bring a removed feed back, switched on if it was. Raises Conflict as `create_feed`."""
+    """Bring a removed feed back, switched on if it was. Raises Conflict as `create_feed` does."""
     feed = repository.removed_feed(session, feed_id)
     if feed is None:
-        raise NotFound(NO_FEED)
+        raise Conflict("the site it belongs to is deleted too; restore that first")
     _refuse_what_is_taken(session, feed)
     feed.removed_at = None
     if feed.enabled:  # it has not been silent while nobody listened
