@@ -69,6 +69,19 @@ def test_a_list_of_results(client: TestClient, database: Database, images: list[
         assert session.scalar(select(func.count()).select_from(Detection)) == 3
 
 
+def test_results_that_were_deleted_are_imported_again(
+    client: TestClient, database: Database, images: list[Image]
+) -> None:
+    """The same file makes another model of the same boxes, beside the one that waits deleted."""
+    data = results((images[0].id, BOX, 0.9))
+    first = send(client, data).json()["model"]["id"]
+    assert client.delete(f"/api/v1/models/{first}").status_code == 204
+    again = send(client, data)
+    assert (again.status_code, again.json()["detections"]) == (201, 1)
+    assert again.json()["model"]["id"] != first
+    assert len(boxes_of(database, images[0]) or []) == 1
+
+
 @pytest.mark.parametrize("beside", [False, True], ids=["one file", "two files"])
 def test_a_list_of_images_gives_empty_sets(
     client: TestClient, database: Database, images: list[Image], beside: object
