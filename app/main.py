@@ -30,6 +30,8 @@ from app.deletions import pages as deletion_pages
 from app.deletions import router as deletions
 from app.detectors import pages as detector_pages
 from app.detectors import router as detectors
+from app.evaluation import comparison_pages as run_comparison_pages
+from app.evaluation import comparison_router as run_comparison
 from app.evaluation import detector_pages as detector_table_pages
 from app.evaluation import detector_router as detector_table
 from app.evaluation import pages as evaluation_pages
@@ -73,6 +75,7 @@ from app.retention import router as retention
 from app.reviews import pages as review_pages
 from app.reviews import router as reviews
 from app.runs import pages as run_pages
+from app.runs import reference_router as reference_runs
 from app.runs import router as runs
 from app.session_slots import SessionSlots
 from app.sites import pages as site_pages
@@ -103,7 +106,9 @@ REST = (
     feeds,
     detectors,
     runs,
+    reference_runs,
     evaluation,
+    run_comparison,
     projection_table,
     detector_table,
     truth_table,
@@ -141,6 +146,7 @@ PAGES = (
     run_pages,
     review_pages,
     evaluation_pages,
+    run_comparison_pages,
     projection_table_pages,
     detector_table_pages,
     truth_table_pages,

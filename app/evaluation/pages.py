@@ -41,6 +41,7 @@ SECTIONS = (
     ("Detectors", "/evaluation/detectors"),
     ("IoU by grade", "/evaluation/iou"),
     ("Poses", "/evaluation/poses"),
+    ("Runs compared", "/evaluation/runs"),
 )
 BY_NAMES = {
     By.TYPE: "Vessel type",

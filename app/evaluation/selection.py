@@ -23,12 +23,12 @@ from app.sites import service as sites
 from app.tables.queues import ReviewQueue
 
 # A form sends the fields that were left empty, too.
-_FILLED = BeforeValidator(lambda text: None if text == "" else text)
+FILLED = BeforeValidator(lambda text: None if text == "" else text)
 _IN_UTC = AfterValidator(
     lambda moment: moment.replace(tzinfo=UTC) if moment and moment.tzinfo is None else moment
 )
-Id = Annotated[RowId | None, _FILLED]
-Moment = Annotated[datetime | None, _FILLED, _IN_UTC]
+Id = Annotated[RowId | None, FILLED]
+Moment = Annotated[datetime | None, FILLED, _IN_UTC]
 
 
 @dataclass(frozen=True, slots=True)

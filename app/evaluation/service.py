@@ -29,10 +29,14 @@ class Correct:
 
 @dataclass(slots=True)
 class Judged:
-    """What became of poses: correct ones with their errors, and wrong ones, by run where asked."""
+    """What became of poses: correct ones with their errors, and wrong ones, by run where asked.
+
+    `matchable_vessels` are (image, MMSI) of those that could have been matched.
+    """
 
     correct: list[Correct] = field(default_factory=list)
     wrong: list[PoseRow] = field(default_factory=list)
+    matchable_vessels: frozenset[tuple[int, int]] = frozenset()
     matchable: int = 0
     matched: int = 0
 
@@ -98,12 +102,13 @@ def judge(
         matched.add((pose.image_id, pose.mmsi))
         error = pose_error(BoxPose.of(pose), BoxPose.of(true))
         judged.correct.append(Correct(pose, true, error))
-    matchable = {
+    matchable = frozenset(
         (truth.image_id, truth.mmsi)
         for image_id in image_ids
         for truth in truths.get(image_id, ())
         if truth.mmsi is not None and truth.visible_fraction >= LEAST_VISIBLE
-    }
+    )
+    judged.matchable_vessels = matchable
     judged.matchable, judged.matched = len(matchable), len(matchable & matched)
     return judged
 

@@ -14,7 +14,7 @@ from app.dependencies import DatabaseDep, JobsDep, SessionDep
 from app.domain.fusion_settings import PRESET_OF_RUNS
 from app.errors import AppError, Conflict, Invalid
 from app.reviews import service as reviews
-from app.runs import service, setting_words
+from app.runs import references, service, setting_words
 from app.sites import service as sites
 from app.templating import page
 
@@ -182,4 +182,23 @@ def show_run(request: Request, run_id: int, session: SessionDep, access: Reader)
         may_cancel=access.may(Scope.INGEST, run.site_id),
         may_review=access.may(Scope.REVIEW, run.site_id),
         may_export=access.may(Scope.EXPORT, run.site_id),
+        reference=references.reference_of(session, run.site_id),
+        reference_version=references.version(session, run.site_id),
     )
+
+
+@router.post("/runs/{run_id}/reference")
+def choose_reference(
+    run_id: int,
+    database: DatabaseDep,
+    access: Operator,
+    version: Annotated[int, Form()] = references.NONE_YET,
+    is_reference: Annotated[bool, Form()] = True,  # noqa: FBT002  a field of a form
+) -> Response:
+    """Name a run its site's reference, or take the name back, and show the run."""
+    with database.writing() as session:
+        run = service.get_run(session, run_id)
+        access.require(Scope.INGEST, run.site_id)
+        references.check_version(session, run.site_id, version)
+        references.choose(session, access, run.site_id, run_id if is_reference else None)
+    return RedirectResponse(f"/runs/{run_id}", status_code=303)

@@ -78,6 +78,9 @@ class RunOut(BaseModel):
     is_stale: Annotated[
         bool, Field(description="Its viewport was registered anew since; start it again")
     ]
+    is_reference: Annotated[
+        bool, Field(description="Its site's other runs are compared with it by default")
+    ]
     created_at: datetime
     started_at: datetime | None
     finished_at: datetime | None
@@ -118,6 +121,7 @@ class RunOut(BaseModel):
             matches=progress.matches,
             poses=progress.poses,
             is_stale=progress.is_stale,
+            is_reference=progress.is_reference,
             created_at=run.created_at,
             started_at=run.started_at,
             finished_at=run.finished_at,

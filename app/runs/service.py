@@ -20,7 +20,7 @@ from app.jobs import JobClient, JobQueue
 from app.learning.service import learnt_settings
 from app.paging import Paging
 from app.runs import growth_repository as growth
-from app.runs import recording_repository, repository
+from app.runs import recording_repository, reference_repository, repository
 from app.runs.parameters import as_json, fusion_settings
 from app.runs.telling import announce_end
 from app.tables.detection import Model
@@ -37,7 +37,7 @@ class Progress:
 
     `is_stale` says that its viewport was registered anew, times or viewports of its images were
     changed, or an AIS recording of their time was deleted since (`lost_recording`): its poses stay
-    as they are.
+    as they are. `is_reference`: its site's other runs are measured by it.
     """
 
     status: RunStatus
@@ -51,6 +51,7 @@ class Progress:
     poses: int
     is_stale: bool
     lost_recording: bool
+    is_reference: bool
 
 
 def start_run(
@@ -244,6 +245,7 @@ def with_progress(session: Session, runs: Sequence[Run]) -> list[tuple[Run, Prog
         for recording in recording_repository.deleted(session)
         for run_id in recording_repository.runs_in_time_of(session, recording, list(counts))
     }
+    references = reference_repository.run_ids(session, {run.site_id for run in runs})
     return [
         (
             run,
@@ -252,6 +254,7 @@ def with_progress(session: Session, runs: Sequence[Run]) -> list[tuple[Run, Prog
                 counts[run.id],
                 newest.get(run.viewport_id, run.registration_id),
                 lost_recording=run.id in lost,
+                is_reference=run.id in references,
             ),
         )
         for run in runs
@@ -265,7 +268,12 @@ def resting_on_recording(session: Session, file_id: int) -> list[int]:
 
 
 def _progress(
-    run: Run, counts: repository.Counts, newest_registration_id: int, *, lost_recording: bool
+    run: Run,
+    counts: repository.Counts,
+    newest_registration_id: int,
+    *,
+    lost_recording: bool,
+    is_reference: bool,
 ) -> Progress:
     rate = _rate_per_s(run, counts.images_done, counts.last_done_at)
     left = counts.images_total - counts.images_done
@@ -283,6 +291,7 @@ def _progress(
         or run.has_changed_images
         or lost_recording,
         lost_recording=lost_recording,
+        is_reference=is_reference,
     )
 
 

@@ -72,6 +72,27 @@ class Run(Deletable, Base):
     __table_args__ = (index_of_deleted("runs"), index_of_changed("runs"))
 
 
+class ReferenceRun(Base):
+    """The run that the others of a site are measured by; `run_id` is None where it was taken back.
+
+    The row stays, so that `version` tells every change.
+    """
+
+    __tablename__ = "reference_runs"
+
+    site_id: Mapped[int] = mapped_column(
+        sa.ForeignKey("sites.id", ondelete="CASCADE"), primary_key=True
+    )
+    run_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("runs.id", ondelete="SET NULL"), index=True
+    )
+    chosen_at: Mapped[datetime] = mapped_column(default=now)
+    chosen_by_id: Mapped[int | None] = mapped_column(sa.ForeignKey("users.id", ondelete="SET NULL"))
+    version: Mapped[int] = mapped_column(default=1)
+
+    __mapper_args__ = {"version_id_col": version}  # noqa: RUF012  SQLAlchemy's way
+
+
 class RunImage(Base):
     """An image of a run; `done_at` is set in the transaction that stores what came of it.
 
