@@ -38,6 +38,7 @@ from app.evaluation import pages as evaluation_pages
 from app.evaluation import plot_router as plots
 from app.evaluation import projection_pages as projection_table_pages
 from app.evaluation import projection_router as projection_table
+from app.evaluation import report_pages
 from app.evaluation import router as evaluation
 from app.evaluation import truth_pages as truth_table_pages
 from app.evaluation import truth_router as truth_table
@@ -147,6 +148,7 @@ PAGES = (
     review_pages,
     evaluation_pages,
     run_comparison_pages,
+    report_pages,
     projection_table_pages,
     detector_table_pages,
     truth_table_pages,
