@@ -66,6 +66,7 @@ def show_report(
     return page(
         request,
         "evaluation/report.html",
+        status_code=200,
         crumbs=[
             {"label": "Sites", "href": "/sites"},
             {"label": site.name, "href": f"/sites/{site.id}"},
