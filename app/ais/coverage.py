@@ -32,7 +32,10 @@ _DAY = timedelta(days=1)
 
 @dataclass(frozen=True, slots=True)
 class ImageCoverage:
-    """An image: vessels heard near, those in view (None: not registered), age of the nearest."""
+    """An image: vessels heard near, those in view (None: not registered), age of the nearest.
+
+    `withheld` are those heard only by receivers whose clock is suspect; they count nowhere else.
+    """
 
     image_id: int
     captured_at: datetime
@@ -40,6 +43,7 @@ class ImageCoverage:
     near: int
     in_view: int | None
     nearest_s: float | None
+    withheld: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +81,7 @@ class _Heard:
     lat_deg: FloatArray
     lon_deg: FloatArray
     source: npt.NDArray[np.int64]
+    is_suspect: npt.NDArray[np.bool_]
 
 
 def days(session: Session, site_id: int, readable: Readable) -> list[tuple[date, int, bool]]:
@@ -112,6 +117,7 @@ def of_day(session: Session, site: Site, readable: Readable, day: date) -> DayCo
         np.array([row[2] for row in rows], dtype=np.float64),
         np.array([row[3] for row in rows], dtype=np.float64),
         np.array([row[4] or -(row[5] or 0) for row in rows], dtype=np.int64),
+        np.array([bool(row[6]) for row in rows], dtype=np.bool_),
     )
     views = {seen.viewport.id: seen for seen in seen_from(session, site)}
     return DayCoverage(
@@ -133,10 +139,12 @@ def _covered(
 ) -> ImageCoverage:
     at_s = moment.timestamp()
     first, last = np.searchsorted(heard.time_s, [at_s - AROUND_S, at_s + AROUND_S])
-    ages_s = np.abs(heard.time_s[first:last] - at_s)
+    around = np.arange(first, last)
+    usable = around[~heard.is_suspect[first:last]]
+    ages_s = np.abs(heard.time_s[usable] - at_s)
     nearest_first = np.argsort(ages_s, kind="stable")
-    _, chosen = np.unique(heard.mmsi[first:last][nearest_first], return_index=True)
-    rows = first + nearest_first[chosen]
+    vessels, chosen = np.unique(heard.mmsi[usable][nearest_first], return_index=True)
+    rows = usable[nearest_first[chosen]]
     return ImageCoverage(
         image_id=image_id,
         captured_at=moment,
@@ -144,6 +152,7 @@ def _covered(
         near=len(rows),
         in_view=None if view is None else _in_view(view, site, heard, rows),
         nearest_s=float(ages_s.min()) if len(ages_s) else None,
+        withheld=len(np.setdiff1d(heard.mmsi[around], vessels)),
     )
 
 

@@ -14,7 +14,7 @@ from app.tables.feeds import AisFeed
 from app.tables.imagery import Image
 from app.tables.sites import Camera
 
-Heard = tuple[float, int, float, float, int | None, int | None]
+Heard = tuple[float, int, float, float, int | None, int | None, bool | None]
 Pictured = tuple[int, datetime, str, int | None]
 
 
@@ -58,7 +58,7 @@ def images(
 def heard(
     session: Session, readable: Readable, start: datetime, end: datetime, area: Area
 ) -> Iterable[Heard]:
-    """Return positions, oldest first: seconds since 1970, MMSI, place, file, feed."""
+    """Return positions, oldest first: seconds since 1970, MMSI, place, file, feed, clock."""
     statement = (
         sa.select(
             seconds_since_1970(session),
@@ -67,6 +67,7 @@ def heard(
             AisPosition.lon_deg,
             AisPosition.file_id,
             AisPosition.feed_id,
+            AisPosition.clock_suspect,
         )
         .where(visible(AisPosition.site_id, readable), *within(start, end, area))
         .order_by(AisPosition.fix_time)

@@ -30,6 +30,7 @@ class ImageCoverageOut(BaseModel):
     near: int = Field(description="Vessels heard within 3 minutes and 5 km of the site")
     in_view: int | None = Field(description="Those in the picture; null: not registered")
     nearest_s: float | None = Field(description="How far in time the nearest report is")
+    withheld: int = Field(description="Vessels heard only by receivers whose clock is suspect")
 
 
 class SourceCoverageOut(BaseModel):

@@ -20,6 +20,7 @@ FIX_COLUMNS = (
     AisPosition.lon_deg,
     AisPosition.sog_kn,
     AisPosition.fix_time_source,
+    AisPosition.clock_suspect,
 )
 _IDS: sa.BindParameter[list[int]] = sa.bindparam("ids", expanding=True)
 _FIXES = sa.select(*FIX_COLUMNS).where(AisPosition.id.in_(_IDS))

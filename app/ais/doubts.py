@@ -24,7 +24,7 @@ def doubts_of(session: Session, readable: Readable, ids: Iterable[int]) -> dict[
     found: dict[int, list[Doubt]] = {}
     for part in _parts(dict.fromkeys(ids)):
         rows = doubt_repository.neighbour_rows(session, readable, part)
-        fixes = _fixes(session, rows)
+        fixes, suspect = _fixes(session, rows)
         for own, *neighbours, site_lat_deg, site_lon_deg in rows:
             known = [None if other is None else fixes[other] for other in neighbours]
             found[own] = doubts(
@@ -33,17 +33,24 @@ def doubts_of(session: Session, readable: Readable, ids: Iterable[int]) -> dict[
                 [fix for fix in known[NEIGHBOURS:] if fix is not None],
                 None if site_lat_deg is None else (site_lat_deg, site_lon_deg),
             )
+            if own in suspect and Doubt.RECEIVER_CLOCK not in found[own]:
+                found[own].append(Doubt.RECEIVER_CLOCK)
     return found
 
 
-def _fixes(session: Session, rows: Iterable[tuple[Any, ...]]) -> dict[int, ReportedFix]:
-    """Read positions and neighbours, each once."""
+def _fixes(
+    session: Session, rows: Iterable[tuple[Any, ...]]
+) -> tuple[dict[int, ReportedFix], set[int]]:
+    """Read positions and neighbours, each once; and which came at times their receiver denies."""
     wanted = {identifier for row in rows for identifier in row[:-2] if identifier is not None}
-    return {
-        row[0]: ReportedFix(*row[1:])
-        for part in _parts(wanted)
-        for row in doubt_repository.fix_rows(session, part)
-    }
+    fixes: dict[int, ReportedFix] = {}
+    suspect: set[int] = set()
+    for part in _parts(wanted):
+        for identifier, *told, is_suspect in doubt_repository.fix_rows(session, part):
+            fixes[identifier] = ReportedFix(*told)
+            if is_suspect:
+                suspect.add(identifier)
+    return fixes, suspect
 
 
 def _parts(ids: Iterable[int]) -> Iterator[list[int]]:

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from datetime import datetime
+from typing import Any, NamedTuple
 
 from sqlalchemy.orm import Session
 
@@ -12,8 +13,16 @@ from app.ais.rows import in_range, printable
 from app.ais.summary import RecordingSummary
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.cells import cell_of
+from app.domain.plausibility import is_contradicted
 
 Row = dict[str, Any]
+
+
+class Arrived(NamedTuple):
+    """A report and when it came, by our own clock."""
+
+    report: PositionReport | StaticReport
+    arrived_at: datetime
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,25 +37,29 @@ def store_reports(
     session: Session,
     site_id: int,
     feed_id: int,
-    reports: Sequence[PositionReport | StaticReport],
+    arrived: Sequence[Arrived],
 ) -> Known:
     """Store a feed's reports in the session's transaction; short, so a few thousand at most.
 
-    A type 19 message is a position with statics beside it, and counts as the position alone.
+    What a receiver heard at a time that its arrival contradicts is stored as `clock_suspect`. A
+    type 19 message is a position with statics beside it, and counts as the position alone.
     """
     summary = RecordingSummary()
     positions: list[Row] = []
     statics: list[Row] = []
     beside: list[Row] = []
-    origin = {"site_id": site_id, "feed_id": feed_id}
+    origin: Row = {"site_id": site_id, "feed_id": feed_id}
     position_type = 0
-    for report in reports:
+    for report, arrived_at in arrived:
         summary.add(report)
+        told = origin | {"arrived_at": arrived_at}
         if not isinstance(report, StaticReport):
             position_type = report.message_type
-            positions.append(origin | _position_row(report))
+            lag_s = (arrived_at - report.received_at).total_seconds()
+            told["clock_suspect"] = is_contradicted(lag_s)
+            positions.append(told | _position_row(report))
             continue
-        (beside if position_type == 19 else statics).append(origin | _static_row(report))
+        (beside if position_type == 19 else statics).append(told | _static_row(report))
         position_type = 0
     live_repository.take_turns(session, site_id)
     live_repository.add_statics(session, beside)

@@ -35,6 +35,8 @@ _POSITION_COLUMNS = (
     AisPosition.ais_class,
     AisPosition.high_accuracy,
     AisPosition.fix_time_source,
+    AisPosition.arrived_at,
+    AisPosition.clock_suspect,
     AisPosition.cell,
 )
 _MOVES = (AisPosition.sog_kn, AisPosition.cog_deg, AisPosition.heading_deg)
@@ -54,6 +56,7 @@ _STATIC_COLUMNS = (
     AisStatic.feed_id,
     AisStatic.mmsi,
     AisStatic.received_at,
+    AisStatic.arrived_at,
     *_SAID,
 )
 Columns = tuple[InstrumentedAttribute[Any], ...]

@@ -32,6 +32,7 @@ POSITION_COLUMNS = (
     AisPosition.high_accuracy,
     AisPosition.fix_time_source,
     AisPosition.id,
+    AisPosition.clock_suspect,
 )
 STATIC_COLUMNS = (
     AisStatic.mmsi,
@@ -96,6 +97,23 @@ def position_rows(
         sa.select(*POSITION_COLUMNS)
         .where(visible(AisPosition.site_id, readable), *within(start, end, area))
         .order_by(AisPosition.fix_time, AisPosition.id)
+    )
+    return (tuple(row) for row in session.execute(statement))
+
+
+def suspect_rows(
+    session: Session, readable: Readable, start: datetime, end: datetime, area: Area | None
+) -> Iterable[tuple[Any, ...]]:
+    """Return `POSITION_COLUMNS` and the arrival of what came in a time from a suspect receiver."""
+    statement = (
+        sa.select(*POSITION_COLUMNS, AisPosition.arrived_at)
+        .where(
+            AisPosition.clock_suspect == sa.true(),
+            AisPosition.arrived_at.between(start, end),
+            visible(AisPosition.site_id, readable),
+            *within(None, None, area),
+        )
+        .order_by(AisPosition.arrived_at, AisPosition.id)
     )
     return (tuple(row) for row in session.execute(statement))
 

@@ -1,5 +1,7 @@
 """AIS rows as the domain's reports: what fusion and tracks read, each with the id of its row."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import Any, NamedTuple
 
@@ -16,13 +18,18 @@ _LATELY = timedelta(hours=2)  # vessels say their statics every six minutes
 class ReportWindow(NamedTuple):
     """Positions, oldest first, and by MMSI what their vessels said of themselves, oldest first.
 
-    That is what they said within two hours of the window, and for those that told no size before
-    its beginning all that they ever said of their size. So the latest size is always there, and
-    the work does not grow with the years.
+    Statics are what they said within two hours of the window, and for those that told no size
+    before its beginning all that they ever said of their size. So the latest size is always there,
+    and the work does not grow with the years.
+
+    `withheld` and `arrived` are positions whose receiver's clock is suspect, nothing to match with:
+    by the times that the receiver told, and by those at which they came.
     """
 
     positions: list[PositionReport]
     statics: dict[int, list[StaticReport]]
+    withheld: list[PositionReport]
+    arrived: list[PositionReport]
 
 
 def reports_between(
@@ -43,17 +50,36 @@ def reports_between(
 
     """
     readable = frozenset((site_id,))
-    positions = []
+    positions: list[PositionReport] = []
+    withheld: list[PositionReport] = []
     seen: set[tuple[object, ...]] = set()
-    for row in report_repository.position_rows(session, readable, start, end, area):
+    for *row, is_suspect in report_repository.position_rows(session, readable, start, end, area):
         # The same fix may stand in a site's file and in one shared by all: it is one report.
-        fix = (row[0], row[1], row[3], row[4])
+        fix = (row[0], row[1], row[3], row[4], bool(is_suspect))
         if fix not in seen:
             seen.add(fix)
-            fields: tuple[Any, ...] = (*row[:12], FixTimeSource(row[12]), row[13])
-            positions.append(PositionReport(*fields))
-    vessels = frozenset(report.mmsi for report in positions)
-    return ReportWindow(positions, _statics(session, readable, vessels, start, end))
+            (withheld if is_suspect else positions).append(_report(row))
+    arrived = [
+        _as_it_came(_report(row), arrived_at)
+        for *row, _, arrived_at in report_repository.suspect_rows(
+            session, readable, start, end, area
+        )
+    ]
+    vessels = frozenset(report.mmsi for report in (*positions, *withheld, *arrived))
+    statics = _statics(session, readable, vessels, start, end)
+    return ReportWindow(positions, statics, withheld, arrived)
+
+
+def _report(row: Sequence[Any]) -> PositionReport:
+    """Return the report of the first 14 columns."""
+    fields: tuple[Any, ...] = (*row[:12], FixTimeSource(row[12]), row[13])
+    return PositionReport(*fields)
+
+
+def _as_it_came(report: PositionReport, arrived_at: datetime) -> PositionReport:
+    """Return a report as old at its arrival as it was when its receiver heard it."""
+    age = report.received_at - report.fix_time
+    return replace(report, fix_time=arrived_at - age)
 
 
 def _statics(

@@ -30,7 +30,8 @@ class PositionOut(BaseModel):
     feed_id: int | None
     mmsi: Told
     fix_time: datetime
-    received_at: datetime
+    received_at: datetime = Field(description="By the receiver's clock")
+    arrived_at: datetime | None = Field(description="By this server's clock; only of live feeds")
     lat_deg: float
     lon_deg: float
     sog_kn: float | None

@@ -31,6 +31,7 @@ class UnmatchedReason(StrEnum):
     OUTSIDE_IMAGE = "outside_image"  # its plane segment misses the widened image
     NO_DETECTION_LEFT = "no_detection_left"  # more vessels than detections: others fit better
     COST_TOO_HIGH = "cost_too_high"  # its detection is too unlike: theta above maximum_cost
+    CLOCK_SUSPECT = "clock_suspect"  # its receiver's clock is: nobody knows when it was there
     SIZE_UNKNOWN = "size_unknown"  # matched by position, but all dimensions are 0: no box
 
 
@@ -78,6 +79,8 @@ def candidates_or_reasons(
             placed[index] = UnmatchedReason.BEHIND_CAMERA
         elif not is_overlapping[row]:
             placed[index] = UnmatchedReason.OUTSIDE_IMAGE
+        elif states[index].is_withheld:
+            placed[index] = UnmatchedReason.CLOCK_SUSPECT
         else:
             placed[index] = Candidate(index, states[index], segment, rectangles[row])
     return [one for one in placed if one is not None]

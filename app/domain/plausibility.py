@@ -30,6 +30,8 @@ _PLACES_M = 1000.0  # nearer, it is one vessel with a poor receiver
 _UNSURE_S = 25.0  # a doubtful moment may be nearly half a minute off
 _CONFIRMABLE = frozenset({FixTimeSource.PROMPT, FixTimeSource.DOUBTFUL})
 _EARTH_M = 6_371_000.0
+LONGEST_DELAY_S = 600.0  # from a receiver through servers to us; more is its clock
+MOST_AHEAD_S = 60.0  # of arrival: no delay makes a report come before it was received
 
 
 class Doubt(StrEnum):
@@ -40,7 +42,7 @@ class Doubt(StrEnum):
     IMPOSSIBLE_SPEED = "impossible_speed"  # it says that it is faster than anything afloat
     FAR_AWAY = "far_away"  # on another side of the world than the site, or at 0 N 0 E
     DOUBTFUL_TIME = "doubtful_time"  # its second contradicts its reception
-    RECEIVER_CLOCK = "receiver_clock"  # so do those of most vessels heard then
+    RECEIVER_CLOCK = "receiver_clock"  # so do those of most vessels heard then, or its arrival
 
 
 class Fix(Protocol):
@@ -136,6 +138,15 @@ def receiver_clock_is_off(reports: Iterable[Fix]) -> bool:
         if report.fix_time_source in _CONFIRMABLE
     }
     return len(latest) >= _FEWEST_VESSELS and sum(latest.values()) > len(latest) / 2
+
+
+def is_contradicted(lag_s: float) -> bool:
+    """Whether a receiver's time cannot be right, `lag_s` before a report came from it.
+
+    Lines are delayed on their way by some minutes at most, and never come before they were heard. A
+    replayed recording looks the same: only a person can tell it from a wrong clock.
+    """
+    return not -MOST_AHEAD_S <= lag_s <= LONGEST_DELAY_S
 
 
 def clock_is_off(sources: Iterable[str]) -> bool:

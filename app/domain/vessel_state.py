@@ -52,7 +52,7 @@ class VesselState:
     A, B, C, D (ITU-R M.1371, message 5) in metres, all 0 where unknown. `report_ids` are the
     stored reports that place and heading were made from, `static_ids` the stored static reports
     that told the size. `position_covariance_m2` is that of the place at the image time: east-east,
-    east-north, north-north.
+    east-north, north-north. One that `is_withheld` is shown and matched with nothing.
     """
 
     identifier: str
@@ -72,6 +72,7 @@ class VesselState:
     track_method: TrackMethod | None = None
     flags: tuple[str, ...] = ()
     static_ids: tuple[int, ...] = ()
+    is_withheld: bool = False
 
     @property
     def length_m(self) -> float:

@@ -12,6 +12,7 @@ from datetime import datetime, timedelta
 from enum import StrEnum
 from typing import Any
 
+from app.domain.plausibility import is_contradicted
 from app.feeds.accounts import empty_account
 from app.feeds.repository import Holder
 from app.tables.feeds import AisFeed, AisFeedStatus, FeedCondition
@@ -59,6 +60,11 @@ class FeedView:
         return self.receiver_lag_s is not None and not (
             LEAST_LAG_S <= self.receiver_lag_s <= LARGEST_LAG_S
         )
+
+    @property
+    def is_withheld(self) -> bool:
+        """Whether what it brings now is kept from all images, because of its receiver's clock."""
+        return self.receiver_lag_s is not None and is_contradicted(self.receiver_lag_s)
 
     @property
     def dropped_lines(self) -> int:

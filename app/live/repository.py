@@ -148,12 +148,16 @@ def seen_to(session: Session, standing_id: int, report_id: int) -> None:
 def new_reports(
     session: Session, site_id: int, after_id: int
 ) -> tuple[int, datetime | None, datetime | None]:
-    """Return the newest report of a site after another, and the first and last fix between."""
+    """Return the newest report of a site after another, and the first and last fix between.
+
+    What came from a receiver whose clock is suspect changes no image.
+    """
+    usable = sa.case((AisPosition.clock_suspect.is_not(sa.true()), AisPosition.fix_time))
     row = session.execute(
         sa.select(
             sa.func.max(AisPosition.id),
-            sa.func.min(AisPosition.fix_time),
-            sa.func.max(AisPosition.fix_time),
+            sa.func.min(usable),
+            sa.func.max(usable),
         ).where(
             AisPosition.id > after_id,
             sa.or_(AisPosition.site_id == site_id, AisPosition.site_id.is_(None)),

@@ -26,6 +26,10 @@ def _of_feeds(name: str) -> sa.Index:
     return sa.Index(name, "feed_id", sqlite_where=live, postgresql_where=live)
 
 
+_SUSPECT_SQLITE = sa.text("clock_suspect = 1")
+_SUSPECT_POSTGRES = sa.text("clock_suspect")
+
+
 def _cell(context: DefaultExecutionContext) -> int:
     """Return the cell of a position that is being stored."""
     row = context.get_current_parameters()  # type: ignore[no-untyped-call]  # SQLAlchemy has no type for it
@@ -78,7 +82,11 @@ class AisFile(Deletable, Base):
 
 
 class AisPosition(Base):
-    """A position report (ITU-R M.1371 types 1, 2, 3, 18, 19); empty where not available."""
+    """A position report (ITU-R M.1371 types 1, 2, 3, 18, 19); empty where not available.
+
+    `received_at` is the receiver's word. Of what came live also `arrived_at` is kept, by our own
+    clock; where the two cannot both be true (`clock_suspect`) no image uses the report.
+    """
 
     __tablename__ = "ais_positions"
 
@@ -101,6 +109,8 @@ class AisPosition(Base):
     ais_class: Mapped[str | None] = mapped_column(sa.String(1))
     high_accuracy: Mapped[bool | None]
     fix_time_source: Mapped[str] = mapped_column(sa.String(16), default="prompt")
+    arrived_at: Mapped[datetime | None]
+    clock_suspect: Mapped[bool | None]
     cell: Mapped[int] = mapped_column(default=_cell)
 
     __table_args__ = (
@@ -108,6 +118,12 @@ class AisPosition(Base):
         sa.Index("ix_ais_positions_cell_time", "cell", "fix_time"),
         sa.Index("ix_ais_positions_time", "fix_time"),
         _of_feeds("ix_ais_positions_feed_id"),
+        sa.Index(
+            "ix_ais_positions_suspect_arrival",
+            "arrived_at",
+            sqlite_where=_SUSPECT_SQLITE,
+            postgresql_where=_SUSPECT_POSTGRES,
+        ),
     )
 
 
@@ -133,6 +149,7 @@ class AisStatic(Base):
     to_port_m: Mapped[float | None]
     to_starboard_m: Mapped[float | None]
     mothership_mmsi: Mapped[int | None]
+    arrived_at: Mapped[datetime | None]
 
     __table_args__ = (
         sa.Index("ix_ais_statics_vessel_time", "mmsi", "received_at"),

@@ -16,10 +16,9 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from app.ais.live import store_reports
+from app.ais.live import Arrived, store_reports
 from app.db import Database, now
 from app.domain.accounting import Accounting
-from app.domain.ais import PositionReport, StaticReport
 from app.domain.nmea import NmeaDecoder
 from app.feeds import service
 from app.feeds.accounts import Account, merged
@@ -28,16 +27,15 @@ from worker.feeds.link import LinkState
 from worker.leases import Held, confirm
 
 RATE_WINDOW_S = 30.0
-# Receivers' clocks may be ahead; a time further off is a mistake, and arrival counts instead.
-MOST_AHEAD = timedelta(days=1)
-Report = PositionReport | StaticReport
+# Receivers' clocks may be ahead; a time further off is no clock's, and arrival counts instead.
+MOST_AHEAD = timedelta(days=30)
 
 
 @dataclass(frozen=True, slots=True)
 class Batch:
     """Reports to store, and what the feed's accounting says when they are."""
 
-    reports: tuple[Report, ...]
+    reports: tuple[Arrived, ...]
     accounting: Accounting
     last_message_at: datetime | None
     receiver_lag_s: float | None
@@ -53,7 +51,7 @@ class FeedRecorder:
         self._lease = lease
         self._decoder = NmeaDecoder()
         self._known_already = Accounting()
-        self._reports: list[Report] = []
+        self._reports: list[Arrived] = []
         self._batch: Batch | None = None
         self._stored = Accounting()
         self._lag_s: float | None = None
@@ -93,7 +91,7 @@ class FeedRecorder:
             if messages.assembled > assembled:
                 self.last_message_at = arrival
             if reports:
-                self._reports += reports
+                self._reports += (Arrived(report, arrival) for report in reports)
                 self._lag_s = (arrival - reports[0].received_at).total_seconds()
 
     def finish(self) -> None:

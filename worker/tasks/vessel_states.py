@@ -5,8 +5,8 @@ Images of one while are near each other in time, so their reports are read once 
 
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from operator import attrgetter
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 from app.ais.area import Area
 from app.ais.doubts import doubts_of
 from app.ais.service import reports_between
-from app.domain.ais import PositionReport
+from app.domain.ais import PositionReport, StaticReport
 from app.domain.fusion_settings import FusionSettings, Preset
 from app.domain.geodesy import Geodetic
 from app.domain.plausibility import Doubt, receiver_clock_is_off
@@ -26,6 +26,7 @@ from app.domain.vessel_state import VesselState
 # A vessel at anchor, or slow with class B, reports every three minutes: Hermite needs both sides.
 _LONGEST_INTERVAL = timedelta(seconds=190)
 _FIX_TIME = attrgetter("fix_time")
+ByVessel = Mapping[int, list[PositionReport]]
 
 
 class _Window(NamedTuple):
@@ -46,7 +47,8 @@ def states_around(
 
     A vessel whose reports do not suffice for a state (no heading) is left out. `heading_dr`, the
     paper's, looks back only, as published; `hermite` uses what was heard after the image too. Each
-    state says among its flags what is hard to believe of the reports it was made from.
+    state says among its flags what is hard to believe of the reports it was made from. Vessels that
+    only receivers with suspect clocks heard are withheld: shown, and matched with nothing.
     """
     own = TrackMethod.HEADING_DR if settings.preset is Preset.PAPER else TrackMethod.HERMITE
     method = settings.track_method or own
@@ -65,21 +67,54 @@ def states_around(
     states: dict[int, list[VesselState]] = {}
     for group in _groups(moments, window):
         start, end = moments[group[0]] - window.before, moments[group[-1]] + window.after
-        positions, statics = reports_between(session, site_id, start, end, area)
-        by_vessel: dict[int, list[PositionReport]] = defaultdict(list)
-        for report in positions:
-            by_vessel[report.mmsi].append(report)
-        doubts = {Doubt.RECEIVER_CLOCK} if receiver_clock_is_off(positions) else set()
+        heard = reports_between(session, site_id, start, end, area)
+        tracks = _Tracks(heard.statics, window, tracking)
+        credible = _by_vessel(heard.positions)
+        withheld = [_by_vessel(heard.arrived), _by_vessel(heard.withheld)]
+        doubts = {Doubt.RECEIVER_CLOCK} if receiver_clock_is_off(heard.positions) else set()
         for image_id in group:
             at = moments[image_id]
-            made = (
-                state_at(_around(reports, at, window), statics.get(mmsi, []), at, tracking)
-                for mmsi, reports in sorted(by_vessel.items())
-            )
-            states[image_id] = [
-                _doubted(state, doubts) for state in made if isinstance(state, VesselState)
-            ]
+            known = [_doubted(state, doubts) for state in tracks.states(credible, at)]
+            states[image_id] = known + tracks.withheld_states(withheld, at, but_for=known)
     return _with_doubts(session, site_id, states)
+
+
+@dataclass(frozen=True, slots=True)
+class _Tracks:
+    """How states are made from the reports of a time window."""
+
+    statics: Mapping[int, list[StaticReport]]
+    window: _Window
+    settings: TrackSettings
+
+    def states(self, heard: ByVessel, at: datetime) -> list[VesselState]:
+        """Return the states at a moment of all vessels heard, by MMSI."""
+        made = (
+            state_at(
+                _around(reports, at, self.window), self.statics.get(mmsi, []), at, self.settings
+            )
+            for mmsi, reports in sorted(heard.items())
+        )
+        return [state for state in made if isinstance(state, VesselState)]
+
+    def withheld_states(
+        self, heard: Iterable[ByVessel], at: datetime, but_for: Iterable[VesselState]
+    ) -> list[VesselState]:
+        """Return the states of vessels that only receivers with suspect clocks heard."""
+        known = {state.identifier for state in but_for}
+        found: dict[str, VesselState] = {}
+        for reports in heard:
+            for state in self.states(reports, at):
+                found.setdefault(state.identifier, replace(state, is_withheld=True))
+        return [state for identifier, state in found.items() if identifier not in known]
+
+
+def _by_vessel(positions: Iterable[PositionReport]) -> ByVessel:
+    """Return reports by MMSI, each vessel's in their order."""
+    by_vessel: dict[int, list[PositionReport]] = defaultdict(list)
+    for report in positions:
+        by_vessel[report.mmsi].append(report)
+    return by_vessel
 
 
 def _groups(moments: Mapping[int, datetime], window: _Window) -> Iterator[list[int]]:
