@@ -1,9 +1,11 @@
 """How well a camera's clock is set right from the vessels on its photographs.
 
 Harbours of many seeds, cameras registered from clicked keypoints, states decoded from the NMEA
-recording, simulated detections. The clock is right, 90 s slow, or 90 s fast: what is estimated, how
-often the interval holds the truth, and how often a right clock is called wrong, or so suspect that
-a run would withhold its matches.
+recording, simulated detections. The clock is right, 90 s slow or fast, or whole hours off: what is
+estimated, how often the interval holds the truth, and how often a right clock is called wrong, or
+so suspect that a run would withhold its matches. Last, the clock is right and AIS of its own time
+is missing, while at every whole and half hour there is other traffic, which shows something else:
+whatever is found there is a false alarm.
 """
 
 import time
@@ -12,8 +14,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.domain.clock_offset import OffsetEstimate, OffsetSettings, TimedImage, estimate_offset
+from app.domain.clock_offset import OffsetEstimate, OffsetSettings, TimedImage
 from app.domain.vessel_path import VesselPath, vessel_path
+from app.domain.zone_offset import ZoneSettings, find_offset
 from app.simulation.harbour import Harbour, make_harbour
 from app.simulation.settings import HarbourSettings
 from app.simulation.ship_plans import Fleet
@@ -21,21 +24,30 @@ from benchmarks.bench_accuracy import heard, interval, registered
 
 SEEDS = range(2000, 2012)
 IMAGES = 40
-INJECTED_S = (0.0, 90.0, -90.0, 7.0)
+INJECTED_S = (0.0, 90.0, -90.0, 7.0, 3600.0, -7213.0)
+MISSING = None  # the clock is right, and AIS of its own time is missing
 
 
-def judge(seed: int) -> dict[float, OffsetEstimate]:
+def judge(seed: int) -> dict[float | None, OffsetEstimate]:
     """Estimate every injected offset on one harbour."""
     harbour = make_harbour(seed, IMAGES, settings=HarbourSettings(fleet=Fleet.JUDGING))
     images, paths = seen(harbour)
-    return {
-        injected_s: estimate_offset(
+    found: dict[float | None, OffsetEstimate] = {
+        injected_s: find_offset(
             [replace(image, clock_s=image.clock_s - injected_s) for image in images],
-            paths,
+            lambda _: paths,
             OffsetSettings(),
+            ZoneSettings(),
         )
         for injected_s in INJECTED_S
     }
+    rng = np.random.default_rng(seed)
+
+    def others(shift_s: float) -> list[VesselPath]:
+        away_s = shift_s + float(rng.uniform(400, 1400) * rng.choice((-1, 1)))
+        return [replace(path, times_s=path.times_s + away_s) for path in paths]
+
+    return found | {MISSING: find_offset(images, others, OffsetSettings(), ZoneSettings())}
 
 
 def seen(harbour: Harbour) -> tuple[list[TimedImage], list[VesselPath]]:
@@ -67,6 +79,9 @@ def main() -> None:
     print(f"{len(judged)} seeds, {IMAGES} images each; mean over seeds, 95 % interval")
     names = f"{'known':>6} {'off':>4} {'suspect':>8} {'held':>5}  {'largest':>8}"
     print(f"{'injected s':>10}  {names}  |error|, s")
+    missing = [of[MISSING] for of in judged]
+    suspect = sum(each.is_suspect for each in missing)
+    print(f"AIS missing: {sum(each.is_known for each in missing)} known, {suspect} suspect")
     for injected_s in INJECTED_S:
         found = [of[injected_s] for of in judged]
         known = [each for each in found if each.is_known]

@@ -67,6 +67,7 @@ class OffsetSettings:
 class OffsetEstimate:
     """True time = clock + `offset_s`, within [low_s, high_s] at 95 %.
 
+    `score` is the log likelihood of all detections, moored vessels' too, against clutter alone.
     `is_known` says whether the images tell at all, `is_off` whether they say that the clock is
     wrong; `message` is why or why not, in words.
     """
@@ -77,6 +78,8 @@ class OffsetEstimate:
     image_count: int
     vessel_count: int
     pair_count: int
+    detection_count: int
+    score: float
     gain: float
     is_known: bool
     is_off: bool
@@ -125,35 +128,31 @@ def estimate_offset(
         pairs = [pair for image in images for pair in _pairs(image, paths, offset_s)]
         change_s, sigma_s = _joined(pairs)
         offset_s += change_s
-    return _verdict(offset_s, sigma_s, pairs, len(images), gain, settings)
-
-
-def _verdict(
-    offset_s: float,
-    sigma_s: float,
-    pairs: Sequence[TimedPair],
-    image_count: int,
-    gain: float,
-    settings: OffsetSettings,
-) -> OffsetEstimate:
-    vessels = len({pair.vessel for pair in pairs})
     half_s = 1.96 * sigma_s
     estimate = OffsetEstimate(
         offset_s=offset_s,
         low_s=offset_s - half_s,
         high_s=offset_s + half_s,
-        image_count=image_count,
-        vessel_count=vessels,
+        image_count=len(images),
+        vessel_count=len({pair.vessel for pair in pairs}),
         pair_count=len(pairs),
+        detection_count=sum(len(image.detections) for image in images),
+        score=float(score[best]) if images else 0.0,
         gain=gain,
         is_known=False,
         is_off=False,
         message="",
     )
+    return _judged(estimate, settings)
+
+
+def _judged(estimate: OffsetEstimate, settings: OffsetSettings) -> OffsetEstimate:
+    """Say whether an estimate is known and off, and why."""
+    vessels, offset_s = estimate.vessel_count, estimate.offset_s
     if vessels < settings.least_vessels:
         few = f"only {vessels} moving vessels agree; at least {settings.least_vessels} are needed"
         return replace(estimate, message=few)
-    if gain < settings.least_gain:
+    if estimate.gain < settings.least_gain:
         return replace(estimate, message="no offset explains the images clearly better than others")
     known = replace(estimate, is_known=True)
     off = abs(offset_s) >= settings.least_offset_s and not known.low_s <= 0 <= known.high_s

@@ -1,6 +1,7 @@
 """The job that tells a camera's clock from the vessels on a run's images."""
 
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,8 @@ from app.clocks import repository
 from app.clocks.service import ESTIMATE_JOB, get_estimate
 from app.config import Settings
 from app.db import Database
-from app.domain.clock_offset import OffsetSettings, TimedImage, estimate_offset
+from app.domain.clock_offset import OffsetSettings, TimedImage
+from app.domain.zone_offset import ZoneSettings, find_offset
 from app.imagery.true_time import CLOCK_SOURCES
 from app.jobs import JobRunner
 from app.registration.service import camera_of
@@ -72,7 +74,7 @@ def estimated(session: Session, estimate_id: int) -> dict[str, Any]:
         (one.image.captured_at - one.image.captured_at_raw).total_seconds() for one in seen
     ]
     before_s = float(np.median(applied_s)) if applied_s else 0.0
-    paths = paths_around(session, site, frame, seen, settings, fusion) if seen else []
+    around = partial(paths_around, session, site, frame, seen, settings, fusion)
     images = [
         TimedImage(
             one.image.captured_at_raw.timestamp() + before_s,
@@ -82,7 +84,7 @@ def estimated(session: Session, estimate_id: int) -> dict[str, Any]:
         )
         for one in seen
     ]
-    found = asdict(estimate_offset(images, paths, settings))
+    found = asdict(find_offset(images, around, settings, ZoneSettings()))
     found |= {name: found[name] + before_s for name in ("offset_s", "low_s", "high_s")}
     given = any(one.image.captured_at_source not in CLOCK_SOURCES for one in seen)
     return found | {"concerns_given": given}

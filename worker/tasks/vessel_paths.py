@@ -37,8 +37,9 @@ def paths_around(
     seen: Sequence[DetectedImage],
     settings: OffsetSettings,
     fusion: FusionSettings,
+    shift_s: float = 0.0,
 ) -> list[VesselPath]:
-    """Return the vessels' ways around all images, as far as the search may shift them.
+    """Return the vessels' ways around all images, `shift_s` later, as far as the search goes.
 
     Images stand in the order of their times; the ways' times are seconds since 1970.
     """
@@ -47,10 +48,11 @@ def paths_around(
     area = Area.around(origin.lat_deg, origin.lon_deg, 2 * fusion.maximum_range_m)
     positions: dict[int, list[PositionReport]] = defaultdict(list)
     statics: dict[int, list[StaticReport]] = defaultdict(list)
-    begin = seen[0].image.captured_at - margin
+    shift = timedelta(seconds=shift_s)
+    begin = seen[0].image.captured_at + shift - margin
     for here, following in zip(seen, [*seen[1:], None], strict=True):
-        end = here.image.captured_at + margin
-        if following is not None and following.image.captured_at - margin <= end:
+        end = here.image.captured_at + shift + margin
+        if following is not None and following.image.captured_at + shift - margin <= end:
             continue
         heard = reports_between(session, site.id, begin, end, area)
         for report in heard.positions:
@@ -58,7 +60,7 @@ def paths_around(
         for mmsi, said in heard.statics.items():
             statics[mmsi] += said
         if following is not None:
-            begin = following.image.captured_at - margin
+            begin = following.image.captured_at + shift - margin
     paths = (
         vessel_path(reports, statics[mmsi], frame, site.water_level_m, EPOCH)
         for mmsi, reports in positions.items()
