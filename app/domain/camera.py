@@ -88,12 +88,21 @@ class Camera:
         A row is NaN when its point lies in or behind the camera's plane, or so far aside that the
         distortion is no longer one-to-one. Pixels outside the image are given as they are.
         """
-        in_cam = self.to_cam(points_in_world)
-        pixels: FloatArray = np.full((len(in_cam), 2), np.nan)
-        ahead = in_cam[:, 2] > 0
-        normalised = in_cam[ahead, :2] / in_cam[ahead, 2:]
-        shown = distort(self.intrinsics.distortion, normalised)
-        pixels[ahead] = shown * self.intrinsics.focal_px + self.intrinsics.principal_point_px
+        return self.shown(self.to_cam(points_in_world).T).T
+
+    def shown(self, in_cam_m: FloatArray) -> FloatArray:
+        """Pixels (2, ...) of points (3, ...) of the camera frame, NaN as `project` has it.
+
+        Coordinates come first: for many points that is several times as fast as row by row.
+        """
+        intrinsics = self.intrinsics
+        ideal = in_cam_m[:2] / np.where(in_cam_m[2] > 0, in_cam_m[2], np.nan)
+        if intrinsics.distortion.any():
+            rows = distort(intrinsics.distortion, ideal.reshape(2, -1).T)
+            ideal = rows.T.reshape(ideal.shape)
+        pixels = np.empty_like(ideal)
+        for axis in range(2):
+            pixels[axis] = ideal[axis] * intrinsics.K[axis, axis] + intrinsics.K[axis, 2]
         return pixels
 
     def rays(self, pixels_px: npt.ArrayLike) -> FloatArray:

@@ -17,7 +17,7 @@ from app.domain.camera import Camera, Intrinsics
 from app.domain.fusion_settings import FusionSettings
 from app.domain.geodesy import WorldFrame
 from app.domain.vessel_state import VesselState
-from app.domain.waterplane import WaterPlaneSegment, water_plane_segments
+from app.domain.waterplane import WaterPlaneSegment, water_plane
 
 
 class UnmatchedReason(StrEnum):
@@ -51,39 +51,50 @@ class Candidate:
 
 
 def candidates_or_reasons(
-    states: Sequence[VesselState],
+    images: Sequence[Sequence[VesselState]],
     camera: Camera,
     frame: WorldFrame,
-    water_level_m: float,
+    water_levels_m: Sequence[float],
     settings: FusionSettings,
-) -> list[Candidate | UnmatchedReason]:
-    """Place vessel states in the image, each with its index, or say why they cannot be there."""
-    placed: list[Candidate | UnmatchedReason | None] = [
-        _unusable(state, settings) for state in states
-    ]
-    usable = [index for index, reason in enumerate(placed) if reason is None]
-    segments = water_plane_segments(frame, water_level_m, [states[index] for index in usable])
-    corners = np.array([segment.corners_in_world for segment in segments]).reshape(-1, 4, 3)
-    depth_m = camera.to_cam(corners)[:, 2].reshape(-1, 4).min(axis=1)
-    pixels = camera.project(corners).reshape(-1, 4, 2)
-    rectangles = np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=1)
-    antennas = np.array([segment.antenna_in_world for segment in segments]).reshape(-1, 3)
-    away_m = np.linalg.norm(antennas - camera.center_in_world, axis=1)
+) -> list[list[Candidate | UnmatchedReason]]:
+    """Place the vessel states of images, or say why they cannot be there; all images at once.
+
+    Each image has its water level; candidates have the indices of their states in their image.
+    """
+    placed: list[list[Candidate | UnmatchedReason]] = [[] for _ in images]
+    usable: list[tuple[int, int]] = []
+    for image, states in enumerate(images):
+        for index, state in enumerate(states):
+            reason = _unusable(state, settings)
+            if reason is None:
+                usable.append((image, index))
+            # Whoever is usable holds its place until it is known where.
+            placed[image].append(reason or UnmatchedReason.OUTSIDE_IMAGE)
+    plane = water_plane(
+        frame,
+        np.array([water_levels_m[image] for image, _ in usable]),
+        [images[image][index] for image, index in usable],
+    )
+    in_cam = camera.to_cam(plane.corners_in_world).T.reshape(3, -1, 4)
+    pixels = camera.shown(in_cam)
+    rectangles = np.concatenate([pixels.min(axis=2), pixels.max(axis=2)]).T
+    away_m = np.sqrt(((plane.antenna_in_world - camera.center_in_world) ** 2).sum(axis=1))
     is_far = (away_m > settings.maximum_range_m).tolist()
-    is_behind = (depth_m <= 0).tolist()
+    is_behind = (in_cam[2].min(axis=1) <= 0).tolist()
     is_overlapping = _overlap(rectangles, camera.intrinsics, settings).tolist()
-    for row, (index, segment) in enumerate(zip(usable, segments, strict=True)):
+    for row, (image, index) in enumerate(usable):
         if is_far[row]:
-            placed[index] = UnmatchedReason.OUT_OF_RANGE
+            placed[image][index] = UnmatchedReason.OUT_OF_RANGE
         elif is_behind[row]:
-            placed[index] = UnmatchedReason.BEHIND_CAMERA
+            placed[image][index] = UnmatchedReason.BEHIND_CAMERA
         elif not is_overlapping[row]:
-            placed[index] = UnmatchedReason.OUTSIDE_IMAGE
-        elif states[index].is_withheld:
-            placed[index] = UnmatchedReason.CLOCK_SUSPECT
+            placed[image][index] = UnmatchedReason.OUTSIDE_IMAGE
+        elif images[image][index].is_withheld:
+            placed[image][index] = UnmatchedReason.CLOCK_SUSPECT
         else:
-            placed[index] = Candidate(index, states[index], segment, rectangles[row])
-    return [one for one in placed if one is not None]
+            segment = WaterPlaneSegment(plane, row)
+            placed[image][index] = Candidate(index, images[image][index], segment, rectangles[row])
+    return placed
 
 
 def candidate_or_reason(
@@ -95,7 +106,7 @@ def candidate_or_reason(
     settings: FusionSettings,
 ) -> Candidate | UnmatchedReason:
     """Place one vessel state in the image, or say why it cannot be there."""
-    (placed,) = candidates_or_reasons([state], camera, frame, water_level_m, settings)
+    ((placed,),) = candidates_or_reasons([[state]], camera, frame, [water_level_m], settings)
     return replace(placed, state_index=index) if isinstance(placed, Candidate) else placed
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from app.domain.arrays import FloatArray
 from app.domain.borders import CutEdges
 from app.domain.camera import Camera
-from app.domain.sighting import Sighting, VesselBox
+from app.domain.sighting import Sighting, VesselBoxes
+from app.domain.waterplane import WaterPlane
 
 
 def edge_normals(camera: Camera, boxes_px: FloatArray, ups_in_world: FloatArray) -> FloatArray:
@@ -86,30 +87,25 @@ def corrections_in_world(
     return shifts
 
 
-def paper_boxes(camera: Camera, sightings: Sequence[Sighting]) -> list[VesselBox]:
-    """Build the boxes of sightings as published (paper, b1 to b8)."""
-    if not sightings:
-        return []
-    segments = [sighting.candidate.segment for sighting in sightings]
-    ups = np.array([segment.vessel_axes_in_world[2] for segment in segments])
+def paper_boxes(camera: Camera, sightings: Sequence[Sighting]) -> VesselBoxes:
+    """Build the boxes of sightings, one at least, as published (paper, b1 to b8)."""
+    plane = WaterPlane.of([sighting.candidate.segment for sighting in sightings])
     boxes = np.array([sighting.detection.edges_px for sighting in sightings])
-    normals = edge_normals(camera, boxes, ups)
-    corners = np.array([segment.corners_in_world for segment in segments])
+    normals = edge_normals(camera, boxes, plane.vessel_axes_in_world[:, 2])
+    corners = plane.corners_in_world
     weights = pull_weights([sighting.cut for sighting in sightings])
     shifts = corrections_in_world(normals, corners - camera.center_in_world, weights)
     bottom = corners + shifts[:, None]
     # The height at which the first corner of the raised segment touches delta (paper, h).
     away, delta = bottom - camera.center_in_world, normals[:, 3]
     heights = (away @ delta[..., None])[..., 0].min(axis=1)
-    raised = -heights[:, None] * delta
-    return [
-        VesselBox(
-            vessel_axes_in_world=segments[index].vessel_axes_in_world,
-            heading_deg=sighting.candidate.state.heading_deg,
-            bottom_in_world=bottom[index],
-            top_from_bottom_m=raised[index],
-            height_m=float(heights[index]),
-            water_level_m=sighting.water_level_m,
-        )
-        for index, sighting in enumerate(sightings)
-    ]
+    return VesselBoxes(
+        vessel_axes_in_world=plane.vessel_axes_in_world,
+        heading_deg=np.array([sighting.candidate.state.heading_deg for sighting in sightings]),
+        bottom_in_world=bottom,
+        top_from_bottom_m=-heights[:, None] * delta,
+        height_m=heights,
+        water_level_m=np.array([sighting.water_level_m for sighting in sightings]),
+        sigmas=None,
+        doubts=[()] * len(sightings),
+    )

@@ -31,19 +31,48 @@ ONE_OUTLINE = Misfit(middle=0.012, width=0.12, lower=0.006, lower_edge_m=0.1)
 ANY_OUTLINE = Misfit(middle=0.006, width=0.06, lower=0.005, lower_edge_m=0.05)
 
 
-def edge_mixing(seen: BoolArray, has_width: BoolArray | None = None) -> FloatArray:
-    """Return how left, right and lower edges make up middle, width and lower edge, (n, 3, 3).
+class EdgeShares(NamedTuple):
+    """How much left, right and lower edges (n,) make up middle, width and lower edge."""
 
-    `seen` (n, 3) tells which edges count; without `has_width` (n,) both sides give a width.
-    """
-    left, right, lower = seen.T.astype(np.float64)
-    sides = np.maximum(1.0, left + right)
-    width = left * right if has_width is None else left * right * has_width
-    mixing = np.zeros((len(seen), 3, 3))
-    mixing[:, 0, 0], mixing[:, 0, 1] = left / sides, right / sides
-    mixing[:, 1, 0], mixing[:, 1, 1] = -width, width
-    mixing[:, 2, 2] = lower
-    return mixing
+    left: FloatArray
+    right: FloatArray
+    width: FloatArray
+    lower: FloatArray
+
+    @classmethod
+    def of(cls, seen: BoolArray, has_width: BoolArray | None = None) -> "EdgeShares":
+        """Take the edges that count, `seen` (3, n); without `has_width` (n,) sides give a width."""
+        left, right, lower = seen.astype(np.float64)
+        sides = np.maximum(1.0, left + right)
+        width = left * right if has_width is None else left * right * has_width
+        return cls(left / sides, right / sides, width, lower)
+
+    def mixed(self, edges: FloatArray) -> FloatArray:
+        """Make middle, width and lower edge (3, ..., n) of what edges (3, ..., n) have."""
+        left, right, lower = edges
+        return np.stack(
+            [
+                self.left * left + self.right * right,
+                self.width * (right - left),
+                self.lower * lower,
+            ]
+        )
+
+    def mixed_variances(self, variances: FloatArray) -> FloatArray:
+        """Make the variances (3, n) of the evidence of those of edges (3, n) that err apart."""
+        left, right, lower = variances
+        return np.stack(
+            [
+                self.left**2 * left + self.right**2 * right,
+                self.width**2 * (left + right),
+                self.lower**2 * lower,
+            ]
+        )
+
+    @property
+    def used(self) -> BoolArray:
+        """Which of middle, width and lower edge count, (3, n)."""
+        return np.stack([self.left + self.right > 0, self.width > 0, self.lower > 0])
 
 
 def edge_variance_px2(
@@ -53,8 +82,8 @@ def edge_variance_px2(
     one_side: BoolArray,
     misfit: Misfit = ONE_OUTLINE,
 ) -> FloatArray:
-    """Return the variances (n, 3) of middle, width and lower edge of boxes of `size_px` (n, 2)."""
-    width, height = size_px.T
+    """Return the variances (3, n) of middle, width and lower edge of boxes of `size_px` (2, n)."""
+    width, height = size_px
     edge = edge_sigma_px**2
     middle = np.where(
         one_side,
@@ -62,4 +91,4 @@ def edge_variance_px2(
         edge / 2 + (misfit.middle * width) ** 2,
     )
     lower = (misfit.lower * height) ** 2 + (misfit.lower_edge_m * px_per_m) ** 2
-    return np.column_stack([middle, 2 * edge + (misfit.width * width) ** 2, edge + lower])
+    return np.stack([middle, 2 * edge + (misfit.width * width) ** 2, edge + lower])

@@ -33,15 +33,16 @@ def _of_image(pairing: PairEvidence, worth: FloatArray, good: IntArray) -> IntAr
     Of two boxes that share a detection, or of which one may be a part of the other, the one with
     the less probable pair is left out, and the rest is explained anew.
     """
-    boxes = pairing.boxes
+    boxes, scene = pairing.boxes, int(pairing.scene[good[0]])
     while len(good):
         found = _cheapest(pairing, worth, good)
-        if not boxes.entangled[pairing.scene[good[0]]]:
-            return found
         row = pairing.row[found]
+        excluding = boxes.excluding(scene, row)
+        if excluding is None:
+            return found
+        shared, part = excluding
         # What may be a part shows another vessel only where that is sure.
-        part = boxes.parts(row) & (worth[found] < _SURE_ODDS)[:, None]
-        one, other = np.nonzero(boxes.clashes(row) | part)
+        one, other = np.nonzero(shared | part & (worth[found] < _SURE_ODDS)[:, None])
         if not len(one):
             return found
         both = np.concatenate([one, other])

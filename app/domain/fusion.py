@@ -9,6 +9,7 @@ with the reason.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,9 +23,10 @@ from app.domain.fusion_settings import FusionSettings, MatchingMethod, Preset
 from app.domain.geodesy import WorldFrame
 from app.domain.pairing import MatchedImage, match_images, windows
 from app.domain.rotations import rotvecs_from_matrices
-from app.domain.sighting import SeenImage, Sighting, VesselBox
+from app.domain.sighting import SeenImage, Sighting, VesselBoxes
 from app.domain.vessel_state import VesselState
 from app.domain.waterline import waterline_boxes
+from app.domain.waterplane import WaterPlane
 
 __all__ = [
     "FusedPose",
@@ -125,6 +127,8 @@ def fuse_series(
     for window in together:
         of_image = [(index, pair) for index in window for pair in matched[index].pairs]
         pairs = [pair for _, pair in of_image]
+        if not pairs:
+            continue
         boxes = (
             paper_boxes(camera, pairs)
             if settings.preset is Preset.PAPER
@@ -159,56 +163,63 @@ def pose_flags(
     of the place is over 10 m; `contradicts_ais`: the detection lies, looks or is wide as AIS makes
     it hardly possible. The state's own flags follow.
     """
-    conditions = {
-        "cut_left": cut.left,
-        "cut_right": cut.right,
-        "cut_bottom": cut.bottom,
-        "cut_top": cut.top,
-        "no_length": state.length_m <= 0,
-        "no_width": state.width_m <= 0,
-        "no_height": box_height_m <= 0,
-    }
-    return [*(flag for flag, holds in conditions.items() if holds), *doubts, *state.flags]
+    conditions = (
+        ("cut_left", cut.left),
+        ("cut_right", cut.right),
+        ("cut_bottom", cut.bottom),
+        ("cut_top", cut.top),
+        ("no_length", state.length_m <= 0),
+        ("no_width", state.width_m <= 0),
+        ("no_height", box_height_m <= 0),
+    )
+    return [*[flag for flag, holds in conditions if holds], *doubts, *state.flags]
 
 
-def _poses(
-    camera: Camera, pairs: Sequence[Sighting], boxes: Sequence[VesselBox]
-) -> list[FusedPose]:
+def _poses(camera: Camera, pairs: Sequence[Sighting], boxes: VesselBoxes) -> list[FusedPose]:
     """Say all there is to say of the boxes that stand where pairs were found."""
-    if not pairs:
-        return []
-    bottom = np.array([box.bottom_in_world for box in boxes])
-    raised = np.array([box.top_from_bottom_m for box in boxes])
-    segments = [pair.candidate.segment for pair in pairs]
+    plane = WaterPlane.of([pair.candidate.segment for pair in pairs])
+    bottom = boxes.bottom_in_world
     points = np.concatenate(
         [
             bottom,
-            bottom + raised[:, None],
-            [segment.reported_corners_in_world for segment in segments],
-            [segment.corners_in_world for segment in segments],
+            bottom + boxes.top_from_bottom_m[:, None],
+            plane.reported_corners_in_world,
+            plane.corners_in_world,
         ],
         axis=1,
     )
-    pixels = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
+    pixels = np.ascontiguousarray(camera.project(points)).reshape(*points.shape[:2], 2)
     centroids = points[:, :8].mean(axis=1)
     # A vessel's axes are the columns of the rotation from its frame.
-    axes = np.array([box.vessel_axes_in_world for box in boxes])
-    rotvecs = rotvecs_from_matrices(camera.R_cam_from_world @ np.swapaxes(axes, 1, 2))
-    shifts = (bottom - points[:, 12:]).mean(axis=1)
-    enu = np.array([segment.enu_axes_in_world for segment in segments])
+    axes = np.swapaxes(boxes.vessel_axes_in_world, 1, 2)
+    shifts = (bottom - plane.corners_in_world).mean(axis=1)
     placed = zip(
-        *(points[:, :8], centroids, camera.to_cam(centroids), rotvecs),
-        *((enu @ shifts[..., None])[..., 0], pixels),
+        *(points[:, :8], centroids, camera.to_cam(centroids)),
+        rotvecs_from_matrices(camera.R_cam_from_world @ axes),
+        (plane.enu_axes_in_world @ shifts[..., None])[..., 0],
+        *(boxes.heading_deg.tolist(), boxes.height_m.tolist(), boxes.water_level_m.tolist()),
+        *(pixels, _sigmas(boxes), boxes.doubts),
         strict=True,
     )
-    return [
-        _pose(pair, box, _Placed(*rows))
-        for pair, box, rows in zip(pairs, boxes, placed, strict=True)
-    ]
+    return [_pose(pair, _Placed(*rows)) for pair, rows in zip(pairs, placed, strict=True)]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Placed:
+def _sigmas(boxes: VesselBoxes) -> list[tuple[FloatArray | None, float | None, float | None]]:
+    """Return the covariance of each box's place, and one sigma of its heading and height."""
+    if boxes.sigmas is None:
+        return [(None, None, None)] * len(boxes.doubts)
+    known = boxes.sigmas
+    return list(
+        zip(
+            known.position_covariance_in_enu_m2,
+            known.heading_deg.tolist(),
+            known.height_m.tolist(),
+            strict=True,
+        )
+    )
+
+
+class _Placed(NamedTuple):
     """A box's corners (8, 3) and their mean (3,) in the world, the latter in the camera too.
 
     `rotvec` (3,) is the vessel's in the camera, `shift_in_enu` (3,) the correction; `pixels`
@@ -220,11 +231,17 @@ class _Placed:
     centroid_in_cam: FloatArray
     rotvec: FloatArray
     shift_in_enu: FloatArray
+    heading_deg: float
+    height_m: float
+    water_level_m: float
     pixels: FloatArray
+    sigmas: tuple[FloatArray | None, float | None, float | None]
+    doubts: Sequence[str]
 
 
-def _pose(pair: Sighting, box: VesselBox, placed: _Placed) -> FusedPose:
+def _pose(pair: Sighting, placed: _Placed) -> FusedPose:
     candidate, pixels = pair.candidate, placed.pixels
+    covariance, heading_sigma_deg, height_sigma_m = placed.sigmas
     return FusedPose(
         detection_index=pair.detection_index,
         state_index=candidate.state_index,
@@ -233,19 +250,19 @@ def _pose(pair: Sighting, box: VesselBox, placed: _Placed) -> FusedPose:
         centroid_in_world=placed.centroid,
         centroid_in_cam_m=placed.centroid_in_cam,
         rotvec_cam_from_vessel=placed.rotvec,
-        heading_deg=box.heading_deg,
+        heading_deg=placed.heading_deg,
         length_m=candidate.state.length_m,
         width_m=candidate.state.width_m,
-        height_m=box.height_m,
-        water_level_m=box.water_level_m,
-        position_covariance_in_enu_m2=box.position_covariance_in_enu_m2,
-        heading_sigma_deg=box.heading_sigma_deg,
-        height_sigma_m=box.height_sigma_m,
+        height_m=placed.height_m,
+        water_level_m=placed.water_level_m,
+        position_covariance_in_enu_m2=covariance,
+        heading_sigma_deg=heading_sigma_deg,
+        height_sigma_m=height_sigma_m,
         corners_in_world=placed.corners,
         corners_in_image_px=pixels[:8],
         segment_reported_px=pixels[8:12],
         segment_dead_reckoned_px=pixels[12:],
         segment_corrected_px=pixels[:4],
         correction_in_enu_m=placed.shift_in_enu,
-        flags=pose_flags(pair.cut, candidate.state, box.height_m, box.doubts),
+        flags=pose_flags(pair.cut, candidate.state, placed.height_m, placed.doubts),
     )

@@ -57,9 +57,9 @@ class WorldFrame(Protocol):
         ...
 
     def places(
-        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float
+        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float | FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Positions (n, 3) and axes (n, 3, 3) of many WGS84 places (n,) of one height."""
+        """Positions (n, 3) and axes (n, 3, 3) of many WGS84 places (n,) of one height or (n,)."""
         ...
 
     def geodetic(self, point_in_world: npt.ArrayLike) -> Geodetic:
@@ -89,7 +89,7 @@ class EcefFrame:
         )
 
     def places(
-        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float
+        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float | FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Positions (n, 3) and axes (n, 3, 3) of many places at once (EPSG method 9602)."""
         lat, lon = np.radians(lat_deg), np.radians(lon_deg)
@@ -135,7 +135,7 @@ class EnuFrame:
         return self._ecef.axes(lat_deg, lon_deg) @ self.R_enu_from_ecef.T
 
     def places(
-        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float
+        self, lat_deg: FloatArray, lon_deg: FloatArray, height_m: float | FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Positions (n, 3) and axes (n, 3, 3) of many places at once."""
         in_ecef, axes = self._ecef.places(lat_deg, lon_deg, height_m)

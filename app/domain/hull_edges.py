@@ -8,15 +8,17 @@ water and a small turn of the camera.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import radians, sqrt
+from math import sqrt
 
 import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
+from app.domain.covariances import carried
 from app.domain.hull_outline import unit_outline
 from app.domain.vessel_state import VesselState
+from app.domain.waterplane import WaterPlane
 
 # Steps of the slopes: far above rounding, far below what the outline's curvature would show.
 _STEP_M = 0.5
@@ -30,8 +32,8 @@ _LEAST_WIDTH_M = 2.0
 class HullEdges:
     """Left, right and lower edges of n candidates, px from the centre of the first pixel.
 
-    `edges_px` (n, 3); `covariance_px2` (n, 3, 3) of them by the AIS states alone; `by_shared`
-    (n, 3, 3) their slopes by the water's height (m), the camera's pitch (rad, lower edges go down)
+    `edges_px` (3, n); `covariance_px2` (3, 3, n) of them by the AIS states alone; `by_shared`
+    (3, 3, n) their slopes by the water's height (m), the camera's pitch (rad, lower edges go down)
     and yaw (rad, all goes right). `px_per_m` (n,) is the scale at each.
     """
 
@@ -45,51 +47,57 @@ class HullEdges:
     def of(cls, camera: Camera, candidates: Sequence[Candidate]) -> "HullEdges":
         """Project the hulls of candidates, each as AIS has it and moved a little."""
         states = [candidate.state for candidate in candidates]
-        corners = np.array([c.segment.corners_in_world for c in candidates])
-        axes = np.array([c.segment.vessel_axes_in_world for c in candidates])
-        enu = np.array([c.segment.enu_axes_in_world for c in candidates])
-        middle = corners.mean(axis=1)
-        sizes = [
-            (max(state.length_m, _LEAST_LENGTH_M), max(state.width_m, _LEAST_WIDTH_M))
-            for state in states
-        ]
-        outline = unit_outline() * np.array(sizes)[:, None]
-        along, across = outline[..., :1], outline[..., 1:]
-        hull = middle[:, None] + along * axes[:, None, 0] + across * axes[:, None, 1]
-        clockwise = across * axes[:, None, 0] - along * axes[:, None, 1]
-        moved = np.stack(
-            [
-                hull,
-                hull + _STEP_M * enu[:, None, 0],
-                hull + _STEP_M * enu[:, None, 1],
-                hull + _STEP_RAD * clockwise,
-                hull + _STEP_M * axes[:, None, 2],
-            ],
-            axis=1,
-        )
-        pixels = camera.project(moved.reshape(-1, 3)).reshape(*moved.shape[:3], 2)
-        low, high = pixels.min(axis=2), pixels.max(axis=2)
-        edges = np.stack([low[..., 0], high[..., 0], high[..., 1]], axis=-1)
+        plane = WaterPlane.of([candidate.segment for candidate in candidates])
+        away = plane.corners_in_world.mean(axis=1) - camera.center_in_world
+        edges = _edges(camera, away, plane, np.array([(s.length_m, s.width_m) for s in states]))
         steps = np.array([_STEP_M, _STEP_M, _STEP_RAD, _STEP_M])
-        slopes = np.swapaxes(edges[:, 1:] - edges[:, :1], 1, 2) / steps
+        slopes = (edges[:, 1:] - edges[:, :1]) / steps[:, None]
         focal_px = sqrt(camera.intrinsics.K[0, 0] * camera.intrinsics.K[1, 1])
-        by_shared = np.zeros((len(states), 3, 3))
-        by_shared[:, :, 0] = slopes[:, :, 3]
-        by_shared[:, 2, 1] = focal_px
-        by_shared[:, :2, 2] = focal_px
-        by_state = slopes[:, :, :3]
-        uncertainty = np.array([state_covariance(state) for state in states])
+        by_shared = np.zeros((3, 3, len(states)))
+        by_shared[:, 0] = slopes[:, 3]
+        by_shared[2, 1] = focal_px
+        by_shared[:2, 2] = focal_px
         return cls(
             edges_px=edges[:, 0],
-            covariance_px2=by_state @ uncertainty @ np.swapaxes(by_state, 1, 2),
+            covariance_px2=carried(slopes[:, :3], state_covariances(states)),
             by_shared=by_shared,
-            px_per_m=focal_px / np.linalg.norm(middle - camera.center_in_world, axis=1),
+            px_per_m=focal_px / np.sqrt((away**2).sum(axis=1)),
             has_size=np.array([c.has_size for c in candidates]),
         )
 
 
-def state_covariance(state: VesselState) -> FloatArray:
-    """Return the covariance (3, 3) of east, north (m) and heading (rad) as AIS has them."""
-    east, east_north, north = state.position_covariance_m2
-    heading = radians(state.heading_sigma_deg) ** 2
-    return np.array([[east, east_north, 0.0], [east_north, north, 0.0], [0.0, 0.0, heading]])
+def _edges(
+    camera: Camera, away_m: FloatArray, plane: WaterPlane, sizes_m: FloatArray
+) -> FloatArray:
+    """Return left, right and lower edges (3, 5, n) of hulls: still, and moved in four ways.
+
+    East, north, turned clockwise, up. Coordinates come first, then ways, the outline's points and
+    vessels, so that each operation runs over all of them.
+    """
+    to_cam = camera.R_cam_from_world.T
+    middle = (away_m @ to_cam).T
+    forward, port, up = np.moveaxis(plane.vessel_axes_in_world @ to_cam, 0, 2)
+    east, north, _ = np.moveaxis(plane.enu_axes_in_world @ to_cam, 0, 2)
+    outline = unit_outline()
+    length_m, width_m = np.maximum(sizes_m.T, [[_LEAST_LENGTH_M], [_LEAST_WIDTH_M]])
+    along, across = outline[:, :1] * length_m, outline[:, 1:] * width_m
+    still = middle[:, None] + along * forward[:, None] + across * port[:, None]
+    clockwise = across * forward[:, None] - along * port[:, None]
+    hulls = np.empty((3, 5, *along.shape))
+    hulls[:, 0] = still
+    hulls[:, 1] = still + _STEP_M * east[:, None]
+    hulls[:, 2] = still + _STEP_M * north[:, None]
+    hulls[:, 3] = still + _STEP_RAD * clockwise
+    hulls[:, 4] = still + _STEP_M * up[:, None]
+    x_px, y_px = camera.shown(hulls)
+    return np.stack([x_px.min(axis=1), x_px.max(axis=1), y_px.max(axis=1)])
+
+
+def state_covariances(states: Sequence[VesselState]) -> FloatArray:
+    """Return the covariances (3, 3, n) of east, north (m) and heading (rad) as AIS has them."""
+    covariances = np.zeros((3, 3, len(states)))
+    east, east_north, north = np.array([state.position_covariance_m2 for state in states]).T
+    covariances[0, 0], covariances[1, 1] = east, north
+    covariances[0, 1] = covariances[1, 0] = east_north
+    covariances[2, 2] = np.radians([state.heading_sigma_deg for state in states]) ** 2
+    return covariances

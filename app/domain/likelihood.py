@@ -11,8 +11,7 @@ Both are estimated from the pairs over all images of a while and the pairs are m
 left of a lower edge's error is then small, and the order of ranges tells vessels apart.
 """
 
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import radians
 
@@ -21,6 +20,7 @@ import numpy as np
 from app.domain.arrays import BoolArray, FloatArray, IntArray
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
+from app.domain.covariances import carried, lower_factor, whitened
 from app.domain.detection import Detection
 from app.domain.explanation import explained
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
@@ -107,11 +107,9 @@ def match_by_likelihood(
     if settings.matching is MatchingMethod.TRACK_VOTES and times_s is not None:
         worth, allowed = _voted(pairing, worth, times_s, settings)
         taken = explained(pairing, np.where(allowed, worth, -np.inf))
-    certain = _probabilities(pairing, worth, taken)
-    for index, probability in zip(taken.tolist(), certain.tolist(), strict=True):
-        scene = scenes[pairing.scene[index]]
-        odds = _odds(pairing, judged, index, float(worth[index]), probability)
-        chosen[pairing.scene[index]].append(_pair(pairing, index, odds, scene, camera))
+    for index, odds in zip(taken.tolist(), _odds(pairing, judged, worth, taken), strict=True):
+        scene = int(pairing.scene[index])
+        chosen[scene].append(_pair(pairing, index, odds, scenes[scene], camera))
     return [sorted(pairs, key=lambda pair: pair.detection) for pairs in chosen]
 
 
@@ -119,13 +117,12 @@ def _voted(
     pairing: PairEvidence, worth: FloatArray, times_s: Sequence[float], settings: FusionSettings
 ) -> tuple[FloatArray, BoolArray]:
     """Let the tracks of each series vote: log odds of all pairs (p,), and which may be made."""
-    _, vessel = np.unique(np.array(pairing.vessel), return_inverse=True)
     allowed = np.ones(len(worth), dtype=bool)
     in_unit = _in_better_unit(pairing, worth)
     for series in split_series(times_s, settings.series_gap_s):
         found = series_tracks(pairing.boxes, series, times_s)
         tracks = [track for track in found if not in_unit[list(track.rows)].mean() > _MOSTLY]
-        worth, here = vote(Voices(pairing.row, vessel, worth), tracks)
+        worth, here = vote(Voices(pairing.row, pairing.vessel, worth), tracks)
         allowed &= here
     return worth, allowed
 
@@ -145,7 +142,7 @@ def _in_better_unit(pairing: PairEvidence, worth: FloatArray) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """Log likelihood ratios (p,) against the background, and deviations (p, 3) in sigmas."""
+    """Log likelihood ratios (p,) against the background, and deviations (3, p) in sigmas."""
 
     gain: FloatArray
     sigmas: FloatArray
@@ -153,13 +150,12 @@ class _Judged:
 
 def _judge(pairing: PairEvidence, shared: FloatArray, covariance: FloatArray) -> _Judged:
     """Compare the evidence of all pairs with what AIS and the shared unknowns lead to expect."""
-    slopes = pairing.by_shared
-    expected = pairing.own_covariance + slopes @ covariance @ np.swapaxes(slopes, 1, 2)
-    off = pairing.residual - slopes @ shared
-    density = log_student(off, expected, pairing.used.sum(axis=1))
+    expected = pairing.own_covariance + carried(pairing.by_shared, covariance)
+    off = pairing.residual - shared @ pairing.by_shared
+    density = log_student(off, expected, pairing.used.sum(axis=0))
     return _Judged(
         gain=density - pairing.background,
-        sigmas=off / np.sqrt(expected[:, range(3), range(3)]),
+        sigmas=off / np.sqrt(expected[range(3), range(3)]),
     )
 
 
@@ -176,18 +172,19 @@ def _shared(
     """
     if not len(taken):
         return shared, covariance
-    slopes, residual = pairing.by_shared[taken], pairing.residual[taken]
-    own = pairing.own_covariance[taken]
-    off = residual - slopes @ shared
-    expected = own + slopes @ covariance @ np.swapaxes(slopes, 1, 2)
-    squares = (off * np.linalg.solve(expected, off[..., None])[..., 0]).sum(axis=1)
-    deviation = np.sqrt(squares / np.maximum(1, pairing.used[taken].sum(axis=1)))
-    images = Counter(pairing.vessel[index] for index in taken)
-    weight = np.array([1 / images[pairing.vessel[index]] for index in taken])
+    slopes, residual = pairing.by_shared[..., taken], pairing.residual[:, taken]
+    own = pairing.own_covariance[..., taken]
+    off = whitened(lower_factor(own + carried(slopes, covariance)), residual - shared @ slopes)
+    counted = np.maximum(1, pairing.used[:, taken].sum(axis=0))
+    deviation = np.sqrt((off**2).sum(axis=0) / counted)
+    vessel = pairing.vessel[taken]
+    weight = 1 / np.bincount(vessel)[vessel]
     weight /= np.maximum(1.0, deviation / _SUSPICIOUS_SIGMAS) ** 2
-    weighted = np.swapaxes(slopes, 1, 2) @ np.linalg.inv(own) * weight[:, None, None]
-    found = np.linalg.inv(prior + (weighted @ slopes).sum(axis=0))
-    return found @ (weighted @ residual[..., None]).sum(axis=0)[:, 0], found
+    evidence = whitened(lower_factor(own), np.concatenate([slopes, residual[:, None]], axis=1))
+    rows = np.swapaxes(evidence * np.sqrt(weight), 0, 1).reshape(len(shared) + 1, -1)
+    told = rows @ rows.T
+    found: FloatArray = np.asarray(np.linalg.inv(prior + told[:-1, :-1]), dtype=np.float64)
+    return found @ told[:-1, -1], found
 
 
 def _probabilities(pairing: PairEvidence, worth: FloatArray, taken: IntArray) -> FloatArray:
@@ -199,16 +196,18 @@ def _probabilities(pairing: PairEvidence, worth: FloatArray, taken: IntArray) ->
 
 
 def _odds(
-    pairing: PairEvidence, judged: _Judged, index: int, log_odds: float, probability: float
-) -> Odds:
-    """Say how sure one pair is, and why."""
-    sigmas = [
-        abs(value) if used else None
-        for value, used in zip(
-            judged.sigmas[index].tolist(), pairing.used[index].tolist(), strict=True
-        )
-    ]
-    return Odds(log_odds, probability, *sigmas)
+    pairing: PairEvidence, judged: _Judged, worth: FloatArray, taken: IntArray
+) -> Iterator[Odds]:
+    """Say how sure some pairs are, and why."""
+    for log_odds, probability, sigmas, used in zip(
+        worth[taken].tolist(),
+        _probabilities(pairing, worth, taken).tolist(),
+        np.abs(judged.sigmas[:, taken]).T.tolist(),
+        pairing.used[:, taken].T.tolist(),
+        strict=True,
+    ):
+        told = [one if counts else None for one, counts in zip(sigmas, used, strict=True)]
+        yield Odds(log_odds, probability, *told)
 
 
 def _pair(

@@ -13,7 +13,7 @@ import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray, IntArray
 from app.domain.camera import Camera
-from app.domain.edge_evidence import edge_mixing
+from app.domain.edge_evidence import EdgeShares
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import HullEdges
 from app.domain.priors import Priors, logit
@@ -27,25 +27,24 @@ _ODDS_OF_UNIT = log(0.05)  # that boxes side by side are one unit
 class PairEvidence:
     """All p pairs worth a thought: where each belongs, and its evidence in pixels.
 
-    `row` (p,) counts the boxes of all images, `prior` (p,) is the log odds of the pair before
-    looking. Evidence (p, 3) are middle, width and lower edge, `used` (p, 3) which of them count;
-    `own_covariance` (p, 3, 3) is that of AIS state, hull and detection together, `by_shared`
-    (p, 3, 3) the slopes by water level, pitch and yaw, `background` (p,) the log density of the
-    evidence where the detection is no vessel with AIS. `px_per_m` (p,) is the scale there.
+    `row` (p,) counts the boxes of all images, `vessel` (p,) the vessels, `prior` (p,) is the log
+    odds of the pair before looking. Evidence (3, p) are middle, width and lower edge, `used` (3, p)
+    which of them count; `own_covariance` (3, 3, p) is that of AIS state, hull and detection
+    together, `by_shared` (3, 3, p) the slopes by water level, pitch and yaw, `background` (p,) the
+    log density of the evidence where the detection is no vessel with AIS.
     """
 
     boxes: SeenBoxes
     scene: IntArray
     row: IntArray
     candidate: IntArray
-    vessel: Sequence[str]
+    vessel: IntArray
     residual: FloatArray
     used: BoolArray
     own_covariance: FloatArray
     by_shared: FloatArray
     background: FloatArray
     prior: FloatArray
-    px_per_m: FloatArray
 
     @classmethod
     def of(
@@ -53,38 +52,35 @@ class PairEvidence:
     ) -> "PairEvidence | None":
         """Compare all boxes with all hulls near them; None where there are none."""
         boxes = SeenBoxes.of(scenes, camera, settings)
-        columns = [
-            (number, index, candidate)
-            for number, scene in enumerate(scenes)
-            for index, candidate in enumerate(scene.candidates)
-        ]
-        if not boxes.all or not columns:
+        candidates = [candidate for scene in scenes for candidate in scene.candidates]
+        if not boxes.all or not candidates:
             return None
-        hulls = HullEdges.of(camera, [candidate for _, _, candidate in columns])
-        of_column = np.array([number for number, _, _ in columns])
-        row, column = boxes.pairs_with(of_column)
+        hulls = HullEdges.of(camera, candidates)
+        counts = [len(scene.candidates) for scene in scenes]
+        row, column = boxes.pairs_with(np.repeat(np.arange(len(scenes)), counts))
         near = _near(boxes, hulls, row, column, settings.rotation_sigma_deg)
         row, column = row[near], column[near]
         if not len(row):
             return None
-        mixing, used = _mixing(boxes, hulls, row, column)
+        shares = _shares(boxes, hulls, row, column)
+        used = shares.used
+        own = shares.mixed(np.swapaxes(shares.mixed(hulls.covariance_px2[..., column]), 0, 1))
         # What does not count is expected exactly: it changes neither distances nor volumes.
-        noise = np.where(used, boxes.variance(hulls, row, column), 1.0)
-        swapped = np.swapaxes(mixing, 1, 2)
-        own = mixing @ hulls.covariance_px2[column] @ swapped
-        own[:, range(3), range(3)] += noise
+        own[range(3), range(3)] += np.where(used, boxes.variance(hulls, row, column), 1.0)
+        place = np.concatenate([np.arange(count) for count in counts])
+        numbers: dict[str, int] = {}
+        vessel = [numbers.setdefault(c.state.identifier, len(numbers)) for c in candidates]
         return cls(
             boxes=boxes,
             scene=boxes.scene[row],
             row=row,
-            candidate=np.array([index for _, index, _ in columns])[column],
-            vessel=[columns[index][2].state.identifier for index in column],
-            residual=(mixing @ (boxes.edges_px[row] - hulls.edges_px[column])[..., None])[..., 0],
+            candidate=place[column],
+            vessel=np.array(vessel)[column],
+            residual=shares.mixed(boxes.edges_px[:, row] - hulls.edges_px[:, column]),
             used=used,
             own_covariance=own,
-            by_shared=mixing @ hulls.by_shared[column],
+            by_shared=shares.mixed(hulls.by_shared[..., column]),
             background=boxes.background(camera, row, used),
-            px_per_m=hulls.px_per_m[column],
             prior=_odds_before_looking(boxes, settings)[row],
         )
 
@@ -93,26 +89,27 @@ def _near(
     boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray, rotation_sigma_deg: float
 ) -> BoolArray:
     """Return which pairs (p,) overlap sideways within ten sigmas: the others are hopeless."""
-    sigma = np.sqrt(hulls.covariance_px2[column][:, [0, 1], [0, 1]])
-    turn = radians(rotation_sigma_deg) * hulls.by_shared[0, 0, 2]
-    reach = _HOPELESS_SIGMAS * (sigma + turn + boxes.edge_sigma_px) + boxes.size_px[row, :1]
-    left = hulls.edges_px[column, 0] - reach[:, 0] <= boxes.edges_px[row, 1]
-    right = hulls.edges_px[column, 1] + reach[:, 1] >= boxes.edges_px[row, 0]
-    return np.asarray(left & right & np.isfinite(hulls.edges_px[column]).all(axis=1))
+    sigma = np.sqrt(hulls.covariance_px2[range(2), range(2)])
+    turn = radians(rotation_sigma_deg) * hulls.by_shared[0, 2, 0]
+    reach = _HOPELESS_SIGMAS * (sigma + turn + boxes.edge_sigma_px)
+    # A hull beyond the lens's range has no edges, which is near nothing.
+    is_shown = np.isfinite(hulls.edges_px).all(axis=0)
+    left = np.where(is_shown, hulls.edges_px[0] - reach[0], np.nan)
+    right = hulls.edges_px[1] + reach[1]
+    width = boxes.size_px[0]
+    first, last = boxes.edges_px[0] - width, boxes.edges_px[1] + width
+    return np.asarray((left[column] <= last[row]) & (right[column] >= first[row]))
 
 
-def _mixing(
-    boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray
-) -> tuple[FloatArray, BoolArray]:
-    """Return how edges make up middle, width and lower edge (p, 3, 3), and which count (p, 3).
+def _shares(boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray) -> EdgeShares:
+    """Return how edges make up the evidence of pairs, and which count.
 
     A detection cut by the border says nothing of that edge if the hull goes on beyond it; a hull
     that should end inside of the image contradicts it.
     """
-    beyond = (hulls.edges_px[column] - boxes.edges_px[row]) * (-1, 1, 1) >= 0
-    seen = ~(boxes.cut[row] & beyond)
-    mixing = edge_mixing(seen, hulls.has_size[column])
-    return mixing, np.asarray(mixing.any(axis=2))
+    outwards = np.array([[-1.0], [1.0], [1.0]])
+    beyond = (hulls.edges_px[:, column] - boxes.edges_px[:, row]) * outwards >= 0
+    return EdgeShares.of(~(boxes.cut[:, row] & beyond), hulls.has_size[column])
 
 
 def _odds_before_looking(boxes: SeenBoxes, settings: FusionSettings) -> FloatArray:

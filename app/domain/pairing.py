@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 
+import numpy as np
+
 from app.domain.borders import cut_edges
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate, UnmatchedReason, candidates_or_reasons
@@ -36,7 +38,8 @@ def match_images(
     camera: Camera, frame: WorldFrame, images: Sequence[SeenImage], settings: FusionSettings
 ) -> list[MatchedImage]:
     """Match each image of a viewport. Raises ValueError naming a detection that is no box."""
-    placed = [_Placed.of(camera, frame, image, settings) for image in images]
+    _require_boxes(images)
+    placed = [_Placed.of(found) for found in _candidates(camera, frame, images, settings)]
     scenes = [
         Scene(image.detections, there.candidates)
         for image, there in zip(images, placed, strict=True)
@@ -82,16 +85,20 @@ class _Placed:
     refused: dict[int, str]
 
     @classmethod
-    def of(
-        cls, camera: Camera, frame: WorldFrame, image: SeenImage, settings: FusionSettings
-    ) -> "_Placed":
-        for index, detection in enumerate(image.detections):
-            _require_box(index, detection)
-        placed = candidates_or_reasons(image.states, camera, frame, image.water_level_m, settings)
+    def of(cls, placed: Sequence[Candidate | UnmatchedReason]) -> "_Placed":
         return cls(
             [one for one in placed if isinstance(one, Candidate)],
             {i: one for i, one in enumerate(placed) if not isinstance(one, Candidate)},
         )
+
+
+def _candidates(
+    camera: Camera, frame: WorldFrame, images: Sequence[SeenImage], settings: FusionSettings
+) -> list[list[Candidate | UnmatchedReason]]:
+    levels_m = [image.water_level_m for image in images]
+    return candidates_or_reasons(
+        [image.states for image in images], camera, frame, levels_m, settings
+    )
 
 
 def _matched(
@@ -135,6 +142,17 @@ def windows(images: Sequence[SeenImage], window_s: float) -> list[list[int]]:
         else:
             windows.append([index])
     return windows
+
+
+def _require_boxes(images: Sequence[SeenImage]) -> None:
+    """Raise ValueError for the first detection that is no box."""
+    boxes = np.array([(*d.edges_px, d.score) for image in images for d in image.detections])
+    x1, y1, x2, y2, _ = boxes.reshape(-1, 5).T
+    if np.isfinite(boxes).all() and (x1 < x2).all() and (y1 < y2).all():
+        return
+    for image in images:
+        for index, detection in enumerate(image.detections):
+            _require_box(index, detection)
 
 
 def _require_box(index: int, detection: Detection) -> None:

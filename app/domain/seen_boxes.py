@@ -11,14 +11,14 @@ from math import log
 import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray, IntArray
-from app.domain.borders import cut_edges
+from app.domain.borders import cut_sides
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
 from app.domain.detection import HALF_PIXEL, Detection
 from app.domain.edge_evidence import edge_variance_px2
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import HullEdges
-from app.domain.units import parts_of, rows_of_hulls
+from app.domain.units import edges_of, parts_of, rows_of_hulls, side_by_side
 
 _UNKNOWN_SIZE_SHARE = 0.25  # where AIS gives no size, the middle may be anywhere near the middle
 # A detection that is no vessel with AIS: anywhere on the water, of a size of 5 to 200 m.
@@ -36,21 +36,23 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class SeenBoxes:
-    """Boxes of all images: left, right, lower edges (n, 3), sizes (n, 2), which are cut (n, 3).
+    """Boxes of all images: left, right, lower edges (3, n), sizes (2, n), which are cut (3, n).
 
-    Those of an image stand together: its detections, then boxes around what may be hulls of one
-    unit. `members` are the detections in each, by their place in the image; `entangled` tells of
-    each image whether any of its boxes may be hulls or parts of another.
+    Those of an image stand together from its row in `first` on: its detections, then boxes around
+    what may be hulls of one unit. `members` are the detections in each, by their place in the
+    image. `parts` tells of each image, unless none of its boxes may be hulls or parts of another,
+    which detection (rows) may be a part of which other (columns).
     """
 
     all: Sequence[Detection]
     scene: IntArray
+    first: IntArray
     members: Sequence[tuple[int, ...]]
     edges_px: FloatArray
     size_px: FloatArray
     cut: BoolArray
     is_unit: BoolArray
-    entangled: Sequence[bool]
+    parts: Sequence[BoolArray | None]
     edge_sigma_px: float
 
     @classmethod
@@ -58,32 +60,41 @@ class SeenBoxes:
         """Take the detections of all images that are good enough, and what units they may make."""
         every: list[Detection] = []
         members: list[tuple[int, ...]] = []
-        counts, entangled = [], []
-        for scene in scenes:
-            before = len(every)
-            kept = [
-                index
-                for index, detection in enumerate(scene.detections)
-                if detection.score >= settings.score_threshold
-            ]
-            good = [scene.detections[index] for index in kept]
-            units = list(rows_of_hulls(good))
-            every += [*good, *(box for box, _ in units)]
-            members += [(index,) for index in kept]
-            members += [tuple(kept[hull] for hull in hulls) for _, hulls in units]
-            counts.append(len(every) - before)
-            entangled.append(bool(units) or bool(parts_of(good).any()))
-        cuts = [cut_edges(d, camera.intrinsics, settings.border_tolerance_px) for d in every]
-        edges = np.array([(d.x1_px, d.x2_px, d.y2_px) for d in every]).reshape(-1, 3)
+        counts: list[int] = []
+        parts: list[BoolArray | None] = []
+        kept = [
+            [i for i, one in enumerate(scene.detections) if one.score >= settings.score_threshold]
+            for scene in scenes
+        ]
+        good = [
+            [scene.detections[i] for i in of_scene]
+            for scene, of_scene in zip(scenes, kept, strict=True)
+        ]
+        padded = _padded(good)
+        after, part = side_by_side(padded), parts_of(padded)
+        has_units = [bool(here.any()) for here in after]
+        has_parts = [bool(here.any()) for here in part]
+        for number, boxes in enumerate(good):
+            units = list(rows_of_hulls(boxes, after[number])) if has_units[number] else []
+            every += boxes
+            every += [box for box, _ in units]
+            here: list[tuple[int, ...]] = [(index,) for index in kept[number]]
+            here += [tuple(kept[number][hull] for hull in hulls) for _, hulls in units]
+            members += here
+            counts.append(len(here))
+            parts.append(part[number] if has_units[number] or has_parts[number] else None)
+        x1, y1, x2, y2 = edges_of(every).T
+        cut = cut_sides((x1, y1, x2, y2), camera.intrinsics, settings.border_tolerance_px)
         return cls(
             all=every,
             scene=np.repeat(np.arange(len(scenes)), counts),
+            first=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
             members=members,
-            edges_px=edges - HALF_PIXEL,
-            size_px=np.array([(d.x2_px - d.x1_px, d.y2_px - d.y1_px) for d in every]),
-            cut=np.array([(cut.left, cut.right, cut.bottom) for cut in cuts]),
+            edges_px=np.stack([x1, x2, y2]) - HALF_PIXEL,
+            size_px=np.stack([x2 - x1, y2 - y1]),
+            cut=cut[[0, 2, 3]],
             is_unit=np.array([len(hulls) > 1 for hulls in members], dtype=bool),
-            entangled=entangled,
+            parts=parts,
             edge_sigma_px=settings.box_sigma_px,
         )
 
@@ -95,38 +106,45 @@ class SeenBoxes:
         within = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
         return row, first[row] + within
 
-    def clashes(self, rows: IntArray) -> BoolArray:
-        """Return which of some boxes of an image share a detection (n, n)."""
-        if not self.is_unit[rows].any():
-            return np.zeros((len(rows), len(rows)), dtype=bool)
-        hulls = [set(self.members[row]) for row in rows]
-        shared = [[bool(a & b) and a is not b for b in hulls] for a in hulls]
-        return np.array(shared)
+    def excluding(self, scene: int, rows: IntArray) -> tuple[BoolArray, BoolArray] | None:
+        """Return which of some boxes of an image cannot both show vessels; None where all can.
 
-    def parts(self, rows: IntArray) -> BoolArray:
-        """Return which of some boxes of an image may be a part of which other, (n, n)."""
-        parts = parts_of([self.all[row] for row in rows])
+        First which share a detection (n, n), then which may be a part of which.
+        """
+        part = self.parts[scene]
+        if part is None:
+            return None
+        if not self.is_unit[rows].any():
+            place = rows - self.first[scene]
+            within: BoolArray = part[place[:, None], place]
+            return np.zeros_like(within), within
+        hulls = [set(self.members[row]) for row in rows]
+        shared = np.array([[not (a is b or a.isdisjoint(b)) for b in hulls] for a in hulls])
         single = ~self.is_unit[rows]
-        return np.asarray(parts & single[:, None] & single[None])
+        place = np.where(single, rows - self.first[scene], 0)
+        return shared, part[place[:, None], place] & single[:, None] & single
 
     def variance(self, hulls: HullEdges, row: IntArray, column: IntArray) -> FloatArray:
-        """Return the variances (p, 3) of middle, width and lower edge, px^2."""
-        one_side = self.cut[row, 0] | self.cut[row, 1]
-        variance = edge_variance_px2(
-            self.edge_sigma_px, self.size_px[row], hulls.px_per_m[column], one_side
-        )
+        """Return the variances (3, p) of middle, width and lower edge, px^2."""
+        one_side = self.cut[0, row] | self.cut[1, row]
+        size_px = self.size_px[:, row]
+        variance = edge_variance_px2(self.edge_sigma_px, size_px, hulls.px_per_m[column], one_side)
         unsized = ~hulls.has_size[column]
-        variance[unsized, 0] += (_UNKNOWN_SIZE_SHARE * self.size_px[row[unsized], 0]) ** 2
+        variance[0, unsized] += (_UNKNOWN_SIZE_SHARE * size_px[0, unsized]) ** 2
         return variance
 
     def background(self, camera: Camera, row: IntArray, used: BoolArray) -> FloatArray:
         """Return the log density (p,) of the evidence where there is no vessel with AIS."""
         image = camera.intrinsics
-        spread = np.column_stack(
-            [
-                np.full(len(row), log(image.width_px)),
-                np.log(np.maximum(self.size_px[row, 0], 1.0) * _SIZES),
-                np.full(len(row), log(_WATER_SHARE * image.height_px)),
-            ]
-        )
-        return np.asarray(-(spread * used).sum(axis=1))
+        size = np.log(np.maximum(self.size_px[0], 1.0) * _SIZES)[row]
+        place, water = log(image.width_px), log(_WATER_SHARE * image.height_px)
+        return np.asarray(-(used[0] * place + used[1] * size + used[2] * water))
+
+
+def _padded(images: Sequence[Sequence[Detection]]) -> FloatArray:
+    """Return the edges of the boxes of images, (images, n, 4), NaN where an image has fewer."""
+    counts = np.array([len(boxes) for boxes in images])
+    padded: FloatArray = np.full((len(images), counts.max(initial=0), 4), np.nan)
+    is_box = np.arange(padded.shape[1]) < counts[:, None]
+    padded[is_box] = edges_of([box for boxes in images for box in boxes])
+    return padded

@@ -22,16 +22,18 @@ from math import radians, sqrt
 
 import numpy as np
 
-from app.domain.arrays import BoolArray, FloatArray
+from app.domain.arrays import FloatArray
 from app.domain.camera import Camera
 from app.domain.correction import edge_normals
+from app.domain.covariances import carried, lower_factor, unwhitened, whitened
 from app.domain.detection import HALF_PIXEL
-from app.domain.edge_evidence import ANY_OUTLINE, edge_mixing, edge_variance_px2
+from app.domain.edge_evidence import ANY_OUTLINE, EdgeShares, edge_variance_px2
 from app.domain.fusion_settings import FusionSettings
-from app.domain.hull_edges import state_covariance
+from app.domain.hull_edges import state_covariances
 from app.domain.hull_outline import FULL_HULL, slim_outline
 from app.domain.sighting import Sighting
 from app.domain.vessel_state import HeadingSource
+from app.domain.waterplane import WaterPlane
 
 ROUNDS = 5
 SHARED = 4  # unknowns of all ships: level_m, pitch, yaw, roll (rad)
@@ -49,43 +51,43 @@ _COURSES = (1.0, (0.04, 4.0))
 
 
 class Roads:
-    """All sightings of a window as stacked arrays: n ships, 3 kinds of evidence.
+    """All sightings of a window as arrays whose last axis is the n ships; 3 kinds of evidence.
 
     Ships have the unknowns east_m, north_m and turn (rad, clockwise); all share level_m, pitch,
-    yaw and roll (rad).
+    yaw and roll (rad). Vectors are (3, n), coordinates first.
     """
 
     def __init__(
         self, camera: Camera, sightings: Sequence[Sighting], settings: FusionSettings
     ) -> None:
-        segments = [sighting.candidate.segment for sighting in sightings]
+        plane = WaterPlane.of([sighting.candidate.segment for sighting in sightings])
         states = [sighting.candidate.state for sighting in sightings]
         boxes = np.array([sighting.detection.edges_px for sighting in sightings])
-        axes = np.array([segment.vessel_axes_in_world for segment in segments])
-        self.forward, self.port, self.up = axes[:, 0], axes[:, 1], axes[:, 2]
+        self.forward, self.port, self.up = _ships_last(plane.vessel_axes_in_world)
         # Lines of sight count from the centre of the first pixel.
-        normals = edge_normals(camera, boxes - HALF_PIXEL, self.up)
-        self.alpha_beta_gamma, self.delta = normals[:, :3], normals[:, 3]
-        self.center_in_world = camera.center_in_world
+        normals = edge_normals(camera, boxes - HALF_PIXEL, self.up.T)
+        self.alpha_beta_gamma, self.delta = np.split(_ships_last(normals), [3])
+        self.delta = self.delta[0]
+        self.center_in_world = camera.center_in_world[:, None]
         self.focal_px = sqrt(camera.intrinsics.K[0, 0] * camera.intrinsics.K[1, 1])
         self.box_sigma_px = settings.box_sigma_px
-        self.enu = np.array([segment.enu_axes_in_world for segment in segments])
-        self.middle = np.array([segment.corners_in_world for segment in segments]).mean(axis=1)
+        self.enu = _ships_last(plane.enu_axes_in_world)
+        self.middle = _ships_last(plane.corners_in_world.mean(axis=1))
         away = self.middle - self.center_in_world
-        self.range_m = np.linalg.norm(away, axis=1)
-        right = np.cross(away, self.up)
-        self.right = right / np.linalg.norm(right, axis=1, keepdims=True)
-        self.right_in_en = times(self.enu[:, :2], self.right)
+        self.range_m = np.sqrt((away**2).sum(axis=0))
+        right = np.cross(away, self.up, axis=0)
+        self.right = right / np.sqrt((right**2).sum(axis=0))
+        self.right_in_en = times(self.enu[:2], self.right)
         # How far a ship lies to the right of the camera's axis: a roll lifts it by as much.
-        self.aside_m = away @ camera.R_cam_from_world[0]
-        self.sizes = np.array([[state.length_m, state.width_m] for state in states])
-        self.full = FULL_HULL * self.sizes[:, None]
-        self.slim = slim_outline() * self.sizes[:, None]
-        seen = ~np.array([(s.cut.left, s.cut.right, s.cut.bottom) for s in sightings])
-        self.size_px = boxes[:, 2:] - boxes[:, :2]
-        self.mixing, self.evidence_variance = self._evidence(seen)
-        self.prior_covariance = np.array([state_covariance(state) for state in states])
-        self.prior = np.linalg.inv(self.prior_covariance)
+        self.aside_m = camera.R_cam_from_world[0] @ away
+        self.sizes = np.array([(state.length_m, state.width_m) for state in states]).T
+        self.cut = np.array([(s.cut.left, s.cut.right, s.cut.bottom) for s in sightings]).T
+        self.shares = EdgeShares.of(~self.cut)
+        self.size_px = (boxes[:, 2:] - boxes[:, :2]).T
+        self.evidence_variance = self._evidence_variance()
+        self.by_place, self.by_shared = self._constant_slopes()
+        self.prior_covariance = state_covariances(states)
+        self.prior = _inverse(self.prior_covariance)
         rotation = radians(settings.rotation_sigma_deg)
         self.shared_prior = np.array([settings.level_sigma_m, *[rotation] * 3]) ** -2.0
         self.is_reported = np.array(
@@ -95,37 +97,73 @@ class Roads:
         counts = Counter(state.identifier for state in states)
         self.share = np.array([1 / counts[state.identifier] for state in states])
 
-    def _evidence(self, seen: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """Return how edges mix into evidence (n, 3, 3), and its variances (n, 3) in rad^2."""
+    def _evidence_variance(self) -> FloatArray:
+        """Return the variances (3, n) of the evidence by boxes and sizes, rad^2."""
         px_per_m = self.focal_px / self.range_m
-        one_side = ~(seen[:, 0] & seen[:, 1])
         variance = edge_variance_px2(
-            self.box_sigma_px, self.size_px, px_per_m, one_side, ANY_OUTLINE
+            self.box_sigma_px, self.size_px, px_per_m, self.cut[0] | self.cut[1], ANY_OUTLINE
         )
-        variance[:, 1] += (_SIZE_M * px_per_m) ** 2
-        return edge_mixing(seen), variance / self.focal_px**2
+        variance[1] += (_SIZE_M * px_per_m) ** 2
+        return variance / self.focal_px**2
+
+    def _constant_slopes(self) -> tuple[FloatArray, FloatArray]:
+        """Return the slopes of the evidence by east and north (3, 2, n), and shared (3, 4, n)."""
+        normals = self.alpha_beta_gamma
+        by_place = np.stack([times(normals, self.enu[0]), times(normals, self.enu[1])], axis=1)
+        by_level = times(normals, self.up)
+        by_shared = np.stack(
+            [
+                by_level,
+                by_level * self.range_m,
+                times(normals, self.right) * self.range_m,
+                by_level * self.aside_m,
+            ],
+            axis=1,
+        )
+        return self.mixed(by_place), self.mixed(by_shared)
+
+    def mixed(self, of_planes_m: FloatArray) -> FloatArray:
+        """Make evidence (3, ..., n) in rad of what alpha, beta and gamma (3, ..., n) have in m."""
+        return np.asarray(self.shares.mixed(of_planes_m) / self.range_m)
 
     def turned(self, turn_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return forward and port (n, 3) after a clockwise turn (n,)."""
-        cos, sin = np.cos(turn_rad)[:, None], np.sin(turn_rad)[:, None]
+        """Return forward and port (3, n) after a clockwise turn (n,)."""
+        cos, sin = np.cos(turn_rad), np.sin(turn_rad)
         return cos * self.forward - sin * self.port, sin * self.forward + cos * self.port
 
     def middles(self, own: FloatArray, shared: FloatArray) -> FloatArray:
-        """Return the middles of the waterplanes (n, 3) as the camera shows them."""
+        """Return the middles of the waterplanes (3, n) as the camera shows them."""
         level_m, pitch, yaw, roll = shared
         lifted = level_m + pitch * self.range_m + roll * self.aside_m
         return np.asarray(
             self.middle
-            + own[:, :1] * self.enu[:, 0]
-            + own[:, 1:2] * self.enu[:, 1]
-            + lifted[:, None] * self.up
-            + (yaw * self.range_m)[:, None] * self.right
+            + own[0] * self.enu[0]
+            + own[1] * self.enu[1]
+            + lifted * self.up
+            + yaw * self.range_m * self.right
         )
+
+
+def _ships_last(rows: FloatArray) -> FloatArray:
+    """Return arrays (n, ...) with the ships on their last axis."""
+    return np.ascontiguousarray(np.moveaxis(rows, 0, -1))
+
+
+def _inverse(prior_covariance: FloatArray) -> FloatArray:
+    """Invert covariances (3, 3, n) of places and, apart from them, headings."""
+    inverse = np.zeros_like(prior_covariance)
+    east, north, heading = prior_covariance[range(3), range(3)]
+    both = prior_covariance[0, 1]
+    determinant = east * north - both**2
+    inverse[0, 0], inverse[1, 1] = north / determinant, east / determinant
+    inverse[0, 1] = inverse[1, 0] = -both / determinant
+    inverse[2, 2] = 1 / heading
+    return inverse
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Unknowns of the ships (n, 3), the shared ones (4,), and the covariances of all (n, 7, 7).
+    """Unknowns of the ships (3, n), the shared ones (4,), and the covariances of all (7, 7, n).
 
     `deviation` (n,) is by how many sigmas the image contradicts AIS most.
     """
@@ -138,46 +176,61 @@ class Solution:
 
 def solve(roads: Roads) -> Solution:
     """Find the most probable places, turns and shared unknowns."""
-    count = len(roads.share)
-    own, shared = np.zeros((count, 3)), np.zeros(SHARED)
+    own, shared = np.zeros((3, len(roads.share))), np.zeros(SHARED)
+    by_shared = roads.by_shared
     for _ in range(ROUNDS):
-        residual, by_own, by_shared, hull_variance = _linearised(roads, own, shared)
+        residual, by_own, hull_variance = _linearised(roads, own, shared)
         variance = roads.evidence_variance + hull_variance
         scale = _scale(roads, variance, residual, by_own, own)
         prior, prior_covariance = roads.prior / scale, roads.prior_covariance * scale
         deviation = _deviation(variance, prior_covariance, residual, by_own, own)
-        variance[:, 1] *= np.maximum(1.0, deviation[:, 1] / _ODD_WIDTH) ** 2
-        weighted = np.swapaxes(by_own / variance[..., None], 1, 2)
-        A = weighted @ by_own + prior
-        B = weighted @ by_shared
-        all_weighted = np.swapaxes(by_shared / variance[..., None], 1, 2)
-        own_slope = times(weighted, residual) + times(prior, own)
-        A_inverse = np.asarray(np.linalg.inv(A), dtype=np.float64)
-        gain = A_inverse @ B
+        variance[1] *= np.maximum(1.0, deviation[1] / _ODD_WIDTH) ** 2
+        weighted = by_own / variance[:, None]
+        lower = lower_factor((by_own[:, :, None] * weighted[:, None]).sum(axis=0) + prior)
+        # Whitened by what is known of its ship, each ship is eliminated without an inverse.
+        seen_by_shared = whitened(lower, (weighted[:, :, None] * by_shared[:, None]).sum(axis=0))
+        slope = times(np.swapaxes(weighted, 0, 1), residual) + times(prior, own)
+        own_slope = whitened(lower, slope)
         # Schur complement: what the ships leave to be known of the shared unknowns.
-        gained = np.swapaxes(gain, 1, 2)
-        trust = 1 / np.maximum(1.0, deviation.max(axis=1) / _SUSPICIOUS) ** 2
+        trust = 1 / np.maximum(1.0, deviation.max(axis=0) / _SUSPICIOUS) ** 2
         share = roads.share * trust
-        left = all_weighted @ by_shared - np.swapaxes(B, 1, 2) @ gain
-        information = np.diag(roads.shared_prior) + np.tensordot(share, left, 1)
-        slope = roads.shared_prior * shared + share @ (
-            times(all_weighted, residual) - times(gained, own_slope)
+        all_seen = _flat(by_shared, np.sqrt(share / variance))
+        explained = _flat(seen_by_shared, np.sqrt(share))
+        information = np.diag(roads.shared_prior) + all_seen @ all_seen.T - explained @ explained.T
+        shared_slope = (
+            roads.shared_prior * shared
+            + all_seen @ (residual * np.sqrt(share / variance)).ravel()
+            - explained @ (own_slope * np.sqrt(share)).ravel()
         )
-        shared_step = -np.linalg.solve(information, slope)
-        own = own - times(A_inverse, own_slope) - gain @ shared_step
+        shared_step = -np.linalg.solve(information, shared_slope)
+        own = own - unwhitened(lower, own_slope + shared_step @ seen_by_shared)
         shared = shared + shared_step
-    shared_covariance = np.linalg.inv(information)
-    covariance = np.empty((count, 3 + SHARED, 3 + SHARED))
-    covariance[:, :3, :3] = A_inverse + gain @ shared_covariance @ gained
-    covariance[:, 3:, 3:] = shared_covariance
-    covariance[:, :3, 3:] = -gain @ shared_covariance
-    covariance[:, 3:, :3] = np.swapaxes(covariance[:, :3, 3:], 1, 2)
-    return Solution(own, shared, covariance, deviation.max(axis=1))
+    of_shared: FloatArray = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    covariance = _covariance(lower, unwhitened(lower, seen_by_shared), of_shared)
+    return Solution(own, shared, covariance, deviation.max(axis=0))
+
+
+def _flat(slopes: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return slopes (3, k, n) times weights, (3, n) or (n,), as a matrix (k, 3n)."""
+    weight = np.broadcast_to(weight, (len(slopes), slopes.shape[-1]))
+    return np.swapaxes(slopes * weight[:, None], 0, 1).reshape(slopes.shape[1], -1)
+
+
+def _covariance(lower: FloatArray, gain: FloatArray, shared: FloatArray) -> FloatArray:
+    """Return the covariances (7, 7, n) of each ship's unknowns and the shared ones."""
+    count = lower.shape[-1]
+    covariance = np.empty((3 + SHARED, 3 + SHARED, count))
+    white = whitened(lower, np.broadcast_to(np.eye(3)[..., None], (3, 3, count)))
+    covariance[:3, :3] = (white[:, :, None] * white[:, None]).sum(axis=0) + carried(gain, shared)
+    covariance[3:, 3:] = shared[..., None]
+    covariance[:3, 3:] = -(shared @ gain)
+    covariance[3:, :3] = np.swapaxes(covariance[:3, 3:], 0, 1)
+    return covariance
 
 
 def times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Multiply matrices (n, k, m) with as many vectors (n, m)."""
-    return np.asarray((matrices @ vectors[..., None])[..., 0])
+    """Multiply matrices (k, m, n) with as many vectors (m, n)."""
+    return np.asarray((matrices * vectors).sum(axis=1))
 
 
 def _scale(
@@ -187,27 +240,28 @@ def _scale(
     by_own: FloatArray,
     own: FloatArray,
 ) -> FloatArray:
-    """Return by how much (n, 3, 3) covariances of AIS are to be rescaled to how far ships are off.
+    """Return by how much (3, 3, n) covariances of AIS are to be rescaled to how far ships are off.
 
     The image shows each ship's error across the line of sight well, whatever the water does: what
     all of them show there tells how good AIS is here along the line of sight too. And how wide
     ships look tells how good headings are, those of compasses and those taken from courses apart:
     without current a course is far better than it is said to be.
     """
-    scale = np.ones((len(own), 3, 3))
+    scale = np.ones((3, 3, own.shape[1]))
     if not own.any():
         return scale
     right = roads.right_in_en
-    across = (own[:, :2] * right).sum(axis=1)
-    expected = (right * times(roads.prior_covariance[:, :2, :2], right)).sum(axis=1)
+    of_place = roads.prior_covariance[:2, :2]
+    across = (own[:2] * right).sum(axis=0)
+    expected = (right * times(of_place, right)).sum(axis=0)
     squares = np.minimum(across**2 / expected, _SUSPICIOUS**2)
     place = (_PRIOR_SHIPS + roads.share @ squares) / (_PRIOR_SHIPS + roads.share.sum())
-    scale[:, :2, :2] = place
-    width = by_own[:, 1]
-    by_heading = width[:, 2] ** 2 * roads.prior_covariance[:, 2, 2]
-    by_place = (width[:, :2] * times(roads.prior_covariance[:, :2, :2], width[:, :2])).sum(axis=1)
-    others = by_place * place + variance[:, 1]
-    innovation = residual[:, 1] - (width * own).sum(axis=1)
+    scale[:2, :2] = place
+    width = by_own[1]
+    by_heading = width[2] ** 2 * roads.prior_covariance[2, 2]
+    by_place = (width[:2] * times(of_place, width[:2])).sum(axis=0)
+    others = by_place * place + variance[1]
+    innovation = residual[1] - (width * own).sum(axis=0)
     excess = np.minimum(innovation**2, _SUSPICIOUS**2 * (by_heading + others)) - others
     for group, prior, limits in (
         (roads.is_reported, *_COMPASSES),
@@ -216,7 +270,7 @@ def _scale(
         # Each ship's square tells as much as the heading has part in it.
         told = by_heading[group] / (by_heading + others)[group] ** 2 * roads.share[group]
         heading = (prior + told @ excess[group]) / (prior + told @ by_heading[group])
-        scale[group, 2, 2] = np.clip(heading, *limits)
+        scale[2, 2, group] = min(max(heading, limits[0]), limits[1])
     return scale
 
 
@@ -227,58 +281,52 @@ def _deviation(
     by_own: FloatArray,
     own: FloatArray,
 ) -> FloatArray:
-    """Return how many sigmas each piece of evidence (n, 3) is from what AIS leads to expect.
+    """Return how many sigmas each piece of evidence (3, n) is from what AIS leads to expect.
 
     A ship whose evidence cannot be reconciled with its AIS state is probably another ship, and may
     say little of the shared unknowns. One that only looks too wide or too narrow has other sizes
     than AIS says or is half hidden, and is not turned for it.
     """
     innovation = residual - times(by_own, own)
-    spread = ((by_own @ prior_covariance) * by_own).sum(axis=2)
+    spread = sum(
+        times(by_own, prior_covariance[:, unknown]) * by_own[:, unknown] for unknown in range(3)
+    )
     return np.asarray(np.abs(innovation) / np.sqrt(spread + variance))
 
 
 def _linearised(
     roads: Roads, own: FloatArray, shared: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return residuals (n, 3) in rad, their slopes by own (n, 3, 3) and shared unknowns (n, 3, 4).
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return residuals (3, n) in rad and their slopes by own unknowns (3, 3, n).
 
-    The last are the residuals' variances (n, 3) by the unknown shape of the hull.
+    The last are the residuals' variances (3, n) by the unknown shape of the hull.
     """
-    forward, port = roads.turned(own[:, 2])
-    middle = roads.middles(own, shared) - roads.center_in_world
+    forward, port = roads.turned(own[2])
     normals = roads.alpha_beta_gamma
-    full_m, full_turning = _gaps(normals, middle, forward, port, roads.full)
-    slim_m, slim_turning = _gaps(normals, middle, forward, port, roads.slim)
-    gap = slim_m + _FULLNESS * (full_m - slim_m)
-    by_turn = slim_turning + _FULLNESS * (full_turning - slim_turning)
-    by_place = normals @ np.swapaxes(roads.enu[:, :2], 1, 2)
-    by_level = times(normals, roads.up)
-    by_yaw = times(normals, roads.right) * roads.range_m[:, None]
-    mixed = roads.mixing / roads.range_m[:, None, None]
-    by_pitch, by_roll = (by_level * lift[:, None] for lift in (roads.range_m, roads.aside_m))
-    by_own = mixed @ np.concatenate([by_place, by_turn[..., None]], axis=2)
-    by_shared = mixed @ np.stack([by_level, by_pitch, by_yaw, by_roll], axis=2)
-    unsure = (mixed * (_FULLNESS_SIGMA * (full_m - slim_m))[:, None]) ** 2
-    return times(mixed, gap), by_own, by_shared, unsure.sum(axis=2)
-
-
-def _gaps(
-    normals: FloatArray,
-    middle: FloatArray,
-    forward: FloatArray,
-    port: FloatArray,
-    outline: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return how far outlines' extreme points (n, 3) lie beyond planes, and that by a turn.
-
-    They are the paper's extreme corners: the leftmost, the rightmost and the lowest point.
-    """
     ahead, abeam = times(normals, forward), times(normals, port)
-    reach = outline @ np.stack([ahead, abeam], axis=1)
-    extreme = reach.argmax(axis=1)
-    extreme[:, 1] = reach[..., 1].argmin(axis=1)
-    ship, edge = np.arange(len(normals))[:, None], np.arange(3)
-    point = outline[ship, extreme]
-    gap = times(normals, middle) + reach[ship, extreme, edge]
-    return gap, point[..., 1] * ahead - point[..., 0] * abeam
+    full_m, full_turning = _reach(FULL_HULL, roads.sizes, ahead, abeam)
+    slim_m, slim_turning = _reach(slim_outline(), roads.sizes, ahead, abeam)
+    away_m = times(normals, roads.middles(own, shared) - roads.center_in_world)
+    gap = away_m + slim_m + _FULLNESS * (full_m - slim_m)
+    by_turn = slim_turning + _FULLNESS * (full_turning - slim_turning)
+    by_own = np.concatenate([roads.by_place, roads.mixed(by_turn)[:, None]], axis=1)
+    unsure = roads.shares.mixed_variances((_FULLNESS_SIGMA * (full_m - slim_m)) ** 2)
+    return roads.mixed(gap), by_own, unsure / roads.range_m**2
+
+
+def _reach(
+    outline: FloatArray, sizes: FloatArray, ahead: FloatArray, abeam: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far outlines reach (3, n) beyond their middles' planes, and that by a turn.
+
+    What reaches farthest are the paper's extreme corners: the leftmost, the rightmost and the
+    lowest point. `ahead` and `abeam` (3, n) are what a metre forward and to port does.
+    """
+    length, width = sizes
+    # Beta is the plane of the right side: the other extreme.
+    sides = np.array([[1.0], [-1.0], [1.0]])
+    forward, port = sides * ahead * length, sides * abeam * width
+    reach = outline[:, :1, None] * forward + outline[:, 1:, None] * port
+    along, across = np.moveaxis(outline[reach.argmax(axis=0)], -1, 0)
+    along, across = along * length, across * width
+    return along * ahead + across * abeam, across * ahead - along * abeam

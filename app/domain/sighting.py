@@ -43,23 +43,32 @@ class Sighting:
 
 
 @dataclass(frozen=True, eq=False)
-class VesselBox:
-    """The box of a sighting as an estimator made it.
+class BoxSigmas:
+    """How sure n boxes are: covariances (n, 3, 3) of their centroids, east, north, up, in m^2.
 
-    `vessel_axes_in_world` (3, 3) has forward, port and up as rows; `bottom_in_world` (4, 3) are the
-    corners at the water, whose ellipsoidal height is `water_level_m`; the top is
-    `top_from_bottom_m` (3,) away from it. `position_covariance_in_enu_m2` (3, 3) is that of the
-    box's centroid, east, north, up; it and the sigmas are None where they are not estimated.
-    `doubts` are flags of its geometry.
+    `heading_deg` and `height_m` (n,) are one sigma each.
+    """
+
+    position_covariance_in_enu_m2: FloatArray
+    heading_deg: FloatArray
+    height_m: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class VesselBoxes:
+    """The boxes of n sightings as an estimator made them.
+
+    `vessel_axes_in_world` (n, 3, 3) has forward, port and up as rows; `bottom_in_world` (n, 4, 3)
+    are the corners at the water, whose ellipsoidal height is `water_level_m` (n,); the top is
+    `top_from_bottom_m` (n, 3) away from it. `sigmas` are None where they are not estimated.
+    `doubts` are flags of each box's geometry.
     """
 
     vessel_axes_in_world: FloatArray
-    heading_deg: float
+    heading_deg: FloatArray
     bottom_in_world: FloatArray
     top_from_bottom_m: FloatArray
-    height_m: float
-    water_level_m: float
-    position_covariance_in_enu_m2: FloatArray | None = None
-    heading_sigma_deg: float | None = None
-    height_sigma_m: float | None = None
-    doubts: tuple[str, ...] = ()
+    height_m: FloatArray
+    water_level_m: FloatArray
+    sigmas: BoxSigmas | None
+    doubts: Sequence[Sequence[str]]

@@ -5,6 +5,7 @@ from math import lgamma, log, pi
 import numpy as np
 
 from app.domain.arrays import FloatArray, IntArray
+from app.domain.covariances import log_volume, lower_factor, whitened
 
 FREEDOM = 6.0
 _CONSTANT = np.array(
@@ -15,13 +16,15 @@ _CONSTANT = np.array(
 )
 
 
-def log_student(off: FloatArray, scale: FloatArray, count: IntArray | int) -> FloatArray:
-    """Return the log densities of deviations (n, 3) whose spread is `scale` (n, 3, 3).
+def log_student(off: FloatArray, scale: FloatArray, count: IntArray) -> FloatArray:
+    """Return the log densities (n,) of deviations (3, n) whose spread is `scale` (3, 3, n).
 
-    `count` dimensions are counted; the others deviate by 0 and have a scale of 1.
+    `count` (n,) dimensions are counted; the others deviate by 0 and have a scale of 1.
     """
-    squares = (off * np.linalg.solve(scale, off[..., None])[..., 0]).sum(axis=1)
-    volume = np.log(np.linalg.det(scale))
+    lower = lower_factor(scale)
+    squares = (whitened(lower, off) ** 2).sum(axis=0)
     return np.asarray(
-        _CONSTANT[count] - volume / 2 - (FREEDOM + count) / 2 * np.log1p(squares / FREEDOM)
+        _CONSTANT[count]
+        - log_volume(lower) / 2
+        - (FREEDOM + count) / 2 * np.log1p(squares / FREEDOM)
     )

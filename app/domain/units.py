@@ -25,17 +25,18 @@ _WATERLINE_SHARE = 0.08  # of the whole's height or width
 _PART_SHARE = 0.9  # of the whole's width: a larger box is the same ship seen twice
 
 
-def _columns(detections: Sequence[Detection]) -> FloatArray:
-    return np.array([(d.x1_px, d.y1_px, d.x2_px, d.y2_px) for d in detections])
+def edges_of(detections: Sequence[Detection]) -> FloatArray:
+    """Return left, upper, right and lower edges (n, 4) of detections."""
+    return np.array([d.edges_px for d in detections]).reshape(-1, 4)
 
 
 def rows_of_hulls(
-    detections: Sequence[Detection],
+    detections: Sequence[Detection], after: BoolArray
 ) -> Iterator[tuple[Detection, tuple[int, ...]]]:
-    """Yield boxes around two or more detections of an image that may be one unit, and which."""
-    if len(detections) < 2:
-        return
-    after = _side_by_side(_columns(detections))
+    """Yield boxes around two or more detections of an image that may be one unit, and which.
+
+    `after` (n, n) tells which is the next hull of which, as `side_by_side` has it.
+    """
     for first in np.flatnonzero(after.any(axis=1)):
         row = [int(first)]
         while len(row) < MOST_HULLS and after[row[-1]].any():
@@ -43,20 +44,28 @@ def rows_of_hulls(
             yield _around([detections[i] for i in row]), tuple(row)
 
 
-def _side_by_side(boxes_px: FloatArray) -> BoolArray:
-    """Return which box (rows) has which other (columns) as the next hull on its right."""
-    x1, y1, x2, y2 = boxes_px.T
+def side_by_side(boxes_px: FloatArray) -> BoolArray:
+    """Return which box (rows) has which other (columns) as the next hull on its right, (..., n, n).
+
+    Boxes (..., n, 4) are those of one image, or of several; a box of NaN is none.
+    """
+    x1, y1, x2, y2 = np.moveaxis(boxes_px, -1, 0)[..., None, :]
     wide, high = x2 - x1, y2 - y1
-    gap = x1[None] - x2[:, None]
-    low = np.minimum(high[:, None], high[None])
-    short = np.minimum(wide[:, None], wide[None])
-    rise = np.abs(y2[:, None] - y2[None])
+    gap = x1 - _rows(x2)
+    low = np.minimum(_rows(high), high)
+    short = np.minimum(_rows(wide), wide)
+    rise = np.abs(_rows(y2) - y2)
     return np.asarray(
-        (x1[:, None] < x1[None])
+        (_rows(x1) < x1)
         & (gap <= _GAP_PX + _GAP_SHARE * low)
         & (gap >= -_GAP_PX - _OVERLAP_SHARE * short)
-        & (rise <= _RISE_PX + _RISE_SHARE * (wide[:, None] + wide[None]))
+        & (rise <= _RISE_PX + _RISE_SHARE * (_rows(wide) + wide))
     )
+
+
+def _rows(columns: FloatArray) -> FloatArray:
+    """Return values of columns (..., 1, n) as those of rows (..., n, 1)."""
+    return np.swapaxes(columns, -1, -2)
 
 
 def _around(hulls: Sequence[Detection]) -> Detection:
@@ -70,17 +79,17 @@ def _around(hulls: Sequence[Detection]) -> Detection:
     )
 
 
-def parts_of(detections: Sequence[Detection]) -> BoolArray:
-    """Return which detection (rows) may be a part of which other (columns) of an image, (n, n)."""
-    boxes = _columns(detections).reshape(-1, 4)
-    x1, y1, x2, y2 = boxes.T
+def parts_of(boxes_px: FloatArray) -> BoolArray:
+    """Return which box (rows) may be a part of which other (columns) of an image, (..., n, n).
+
+    Boxes (..., n, 4) as for `side_by_side`.
+    """
+    x1, y1, x2, y2 = np.moveaxis(boxes_px, -1, 0)[..., None, :]
     wide, high = x2 - x1, y2 - y1
-    across = np.minimum(x2[:, None], x2[None]) - np.maximum(x1[:, None], x1[None])
-    down = np.minimum(y2[:, None], y2[None]) - np.maximum(y1[:, None], y1[None])
-    within = np.maximum(across, 0) * np.maximum(down, 0) >= _WITHIN_SHARE * (wide * high)[:, None]
-    waterline = _GAP_PX + _WATERLINE_SHARE * np.maximum(high, wide)[None]
+    across = np.minimum(_rows(x2), x2) - np.maximum(_rows(x1), x1)
+    down = np.minimum(_rows(y2), y2) - np.maximum(_rows(y1), y1)
+    within = np.maximum(across, 0) * np.maximum(down, 0) >= _WITHIN_SHARE * _rows(wide * high)
+    waterline = _GAP_PX + _WATERLINE_SHARE * np.maximum(high, wide)
     return np.asarray(
-        within
-        & (wide[:, None] <= _PART_SHARE * wide[None])
-        & (np.abs(y2[:, None] - y2[None]) <= waterline)
+        within & (_rows(wide) <= _PART_SHARE * wide) & (np.abs(_rows(y2) - y2) <= waterline)
     )

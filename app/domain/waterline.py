@@ -15,9 +15,10 @@ import numpy as np
 
 from app.domain.arrays import FloatArray
 from app.domain.camera import Camera
+from app.domain.covariances import carried
 from app.domain.fusion_settings import FusionSettings
 from app.domain.shared_water import Roads, Solution, solve, times
-from app.domain.sighting import Sighting, VesselBox
+from app.domain.sighting import BoxSigmas, Sighting, VesselBoxes
 
 # A place this unsure along its worst direction, and evidence that contradicts AIS this much.
 _UNSURE_PLACE_M = 10.0
@@ -32,51 +33,53 @@ _CORNERS = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
 
 def waterline_boxes(
     camera: Camera, sightings: Sequence[Sighting], settings: FusionSettings
-) -> list[VesselBox]:
-    """Find the boxes of all sightings of one viewport within one time window, in their order."""
-    if not sightings:
-        return []
+) -> VesselBoxes:
+    """Find the boxes of all sightings, one at least, of one viewport within one time window."""
     roads = Roads(camera, sightings, settings)
     return _boxes(sightings, roads, solve(roads))
 
 
-def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> list[VesselBox]:
+def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> VesselBoxes:
     """Raise each ship's corners from the water to the upper edge of its detection."""
-    forward, port = roads.turned(solution.own[:, 2])
+    forward, port = roads.turned(solution.own[2])
     middle = roads.middles(solution.own, solution.shared)
-    along, across = np.swapaxes(roads.sizes[:, None] / 2 * _CORNERS, 0, 2)
-    bottom = np.swapaxes(middle + along[..., None] * forward + across[..., None] * port, 0, 1)
-    rise = (roads.delta * roads.up).sum(axis=1)
+    along, across = _CORNERS.T[..., None] * roads.sizes[:, None] / 2
+    bottom = middle[:, None] + along * forward[:, None] + across * port[:, None]
+    rise = (roads.delta * roads.up).sum(axis=0)
     height_m, top_sigma_m = _heights(roads, rise, middle, bottom)
-    by_place = -times(roads.enu, roads.delta) / rise[:, None]
+    by_place = -times(roads.enu, roads.delta) / rise
     bottom_covariance = _bottom_covariance(roads, solution)
     top_variance = _edge_m(roads) ** 2 + _TOP_M**2 + top_sigma_m**2
-    height_sigma_m = np.sqrt(
-        (by_place * times(bottom_covariance, by_place)).sum(axis=1) + top_variance
-    )
+    by_bottom = (by_place * times(bottom_covariance, by_place)).sum(axis=0)
     covariance = _centroid_covariance(bottom_covariance, by_place, top_variance)
-    heading_sigma_deg = np.degrees(np.sqrt(solution.covariance[:, 2, 2]))
-    turn_deg = np.degrees(solution.own[:, 2])
     level_m, pitch, _, roll = solution.shared
-    lifted_m = level_m + pitch * roads.range_m + roll * roads.aside_m
-    axes = np.stack([forward, port, roads.up], axis=1)
-    is_unsure = np.linalg.eigvalsh(covariance[:, :2, :2])[:, -1] > _UNSURE_PLACE_M**2
-    is_odd = solution.deviation > _CONTRADICTION
+    given_m = np.array([sighting.water_level_m for sighting in sightings])
+    given_deg = np.array([sighting.candidate.state.heading_deg for sighting in sightings])
+    return VesselBoxes(
+        vessel_axes_in_world=np.stack([forward.T, port.T, roads.up.T], axis=1),
+        heading_deg=(given_deg + np.degrees(solution.own[2])) % 360,
+        bottom_in_world=np.ascontiguousarray(bottom.T),
+        top_from_bottom_m=(height_m * roads.up).T,
+        height_m=height_m,
+        water_level_m=given_m + level_m + pitch * roads.range_m + roll * roads.aside_m,
+        sigmas=BoxSigmas(
+            position_covariance_in_enu_m2=np.ascontiguousarray(covariance.T),
+            heading_deg=np.degrees(np.sqrt(solution.covariance[2, 2])),
+            height_m=np.sqrt(by_bottom + top_variance),
+        ),
+        doubts=_doubts(covariance, solution.deviation),
+    )
+
+
+def _doubts(covariance: FloatArray, deviation: FloatArray) -> list[tuple[str, ...]]:
+    """Say of which boxes the place is unsure, and which of them contradict AIS."""
+    east, north, both = covariance[0, 0], covariance[1, 1], covariance[0, 1]
+    # The larger variance of the two along the ellipse's axes.
+    worst = (east + north) / 2 + np.hypot((east - north) / 2, both)
+    is_unsure, is_odd = worst > _UNSURE_PLACE_M**2, deviation > _CONTRADICTION
     return [
-        VesselBox(
-            vessel_axes_in_world=axes[index],
-            heading_deg=float((sighting.candidate.state.heading_deg + turn_deg[index]) % 360),
-            bottom_in_world=bottom[index],
-            top_from_bottom_m=height_m[index] * roads.up[index],
-            height_m=float(height_m[index]),
-            water_level_m=float(sighting.water_level_m + lifted_m[index]),
-            position_covariance_in_enu_m2=covariance[index],
-            heading_sigma_deg=float(heading_sigma_deg[index]),
-            height_sigma_m=float(height_sigma_m[index]),
-            doubts=("unsure_place",) * bool(is_unsure[index])
-            + ("contradicts_ais",) * bool(is_odd[index]),
-        )
-        for index, sighting in enumerate(sightings)
+        ("unsure_place",) * unsure + ("contradicts_ais",) * odd
+        for unsure, odd in zip(is_unsure.tolist(), is_odd.tolist(), strict=True)
     ]
 
 
@@ -84,14 +87,11 @@ def _heights(
     roads: Roads, rise: FloatArray, middle: FloatArray, bottom: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return heights (n,) and how unsure they are for not knowing what of a ship is highest."""
-
-    def raised_m(points: FloatArray) -> FloatArray:
-        away = points - roads.center_in_world
-        return np.asarray(-(away @ roads.delta[..., None])[..., 0] / rise[:, None])
-
-    from_middle = raised_m(middle[:, None])[:, 0]
-    from_corner = raised_m(bottom).min(axis=1)
-    share = from_corner / np.maximum(roads.sizes[:, 0], 1.0)
+    away_m = middle - roads.center_in_world
+    from_middle = -(roads.delta * away_m).sum(axis=0) / rise
+    to_corners = bottom - roads.center_in_world[:, None]
+    from_corner = (-(roads.delta[:, None] * to_corners).sum(axis=0) / rise).min(axis=0)
+    share = from_corner / np.maximum(roads.sizes[0], 1.0)
     amidships = np.clip(share / _TALL_SHARE, 0.0, 1.0)
     apart = from_middle - from_corner
     return from_corner + amidships * apart, _TOP_SIGMA * apart
@@ -103,20 +103,21 @@ def _edge_m(roads: Roads) -> FloatArray:
 
 
 def _bottom_covariance(roads: Roads, solution: Solution) -> FloatArray:
-    """Return the covariances (n, 3, 3) of the bottoms' middles, east, north, up."""
-    to_enu = np.zeros((len(roads.range_m), 3, solution.covariance.shape[1]))
-    to_enu[:, 0, 0] = to_enu[:, 1, 1] = to_enu[:, 2, 3] = 1.0
-    to_enu[:, 2, 4], to_enu[:, 2, 6] = roads.range_m, roads.aside_m
-    to_enu[:, :, 5] = roads.range_m[:, None] * times(roads.enu, roads.right)
-    return np.asarray(to_enu @ solution.covariance @ np.swapaxes(to_enu, 1, 2))
+    """Return the covariances (3, 3, n) of the bottoms' middles, east, north, up."""
+    to_enu = np.zeros((3, len(solution.covariance), len(roads.range_m)))
+    to_enu[0, 0] = to_enu[1, 1] = to_enu[2, 3] = 1.0
+    to_enu[2, 4], to_enu[2, 6] = roads.range_m, roads.aside_m
+    to_enu[:, 5] = roads.range_m * times(roads.enu, roads.right)
+    return carried(to_enu, solution.covariance)
 
 
 def _centroid_covariance(
     bottom: FloatArray, height_by_place: FloatArray, top_variance: FloatArray
 ) -> FloatArray:
     """Return the covariances of the boxes' centroids: half a height above their bottoms."""
-    to_centroid = np.tile(np.eye(3), (len(bottom), 1, 1))
-    to_centroid[:, 2] += height_by_place / 2
-    covariance: FloatArray = to_centroid @ bottom @ np.swapaxes(to_centroid, 1, 2)
-    covariance[:, 2, 2] += top_variance / 4
+    to_centroid = np.zeros_like(bottom)
+    to_centroid[range(3), range(3)] = 1.0
+    to_centroid[2] += height_by_place / 2
+    covariance = carried(to_centroid, bottom)
+    covariance[2, 2] += top_variance / 4
     return covariance

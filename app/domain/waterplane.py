@@ -21,19 +21,75 @@ M_PER_S_PER_KN = 1852 / 3600
 
 
 @dataclass(frozen=True, eq=False)
-class WaterPlaneSegment:
-    """Four corners on the water (4, 3): bow-port, bow-starboard, stern-starboard, stern-port.
-
-    `reported_corners_in_world` stand where the report was sent, `corners_in_world` where dead
-    reckoning leads (metres). `vessel_axes_in_world` has the rows x_v, y_v, z_v and
-    `enu_axes_in_world` the rows E, N, U at the reported antenna.
-    """
+class WaterPlane:
+    """What n vessels cover of the water, as arrays; `WaterPlaneSegment` tells what of each."""
 
     reported_corners_in_world: FloatArray
     corners_in_world: FloatArray
     antenna_in_world: FloatArray
     vessel_axes_in_world: FloatArray
     enu_axes_in_world: FloatArray
+
+    @classmethod
+    def of(cls, segments: Sequence["WaterPlaneSegment"]) -> "WaterPlane":
+        """Put segments together: taken out of their plane at once where all are of one."""
+        planes = {id(segment.plane): segment.plane for segment in segments}
+        if len(planes) != 1:
+            return cls(
+                np.array([s.reported_corners_in_world for s in segments]).reshape(-1, 4, 3),
+                np.array([s.corners_in_world for s in segments]).reshape(-1, 4, 3),
+                np.array([s.antenna_in_world for s in segments]).reshape(-1, 3),
+                np.array([s.vessel_axes_in_world for s in segments]).reshape(-1, 3, 3),
+                np.array([s.enu_axes_in_world for s in segments]).reshape(-1, 3, 3),
+            )
+        (plane,) = planes.values()
+        rows = [segment.row for segment in segments]
+        return cls(
+            plane.reported_corners_in_world[rows],
+            plane.corners_in_world[rows],
+            plane.antenna_in_world[rows],
+            plane.vessel_axes_in_world[rows],
+            plane.enu_axes_in_world[rows],
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WaterPlaneSegment:
+    """Four corners on the water (4, 3): bow-port, bow-starboard, stern-starboard, stern-port.
+
+    `reported_corners_in_world` stand where the report was sent, `corners_in_world` where dead
+    reckoning leads (metres). `vessel_axes_in_world` has the rows x_v, y_v, z_v and
+    `enu_axes_in_world` the rows E, N, U at the reported antenna. All are those of a `row` of a
+    `plane`.
+    """
+
+    plane: WaterPlane
+    row: int
+
+    @property
+    def reported_corners_in_world(self) -> FloatArray:
+        """Corners (4, 3) where the report was sent."""
+        return np.asarray(self.plane.reported_corners_in_world[self.row])
+
+    @property
+    def corners_in_world(self) -> FloatArray:
+        """Corners (4, 3) where dead reckoning leads."""
+        return np.asarray(self.plane.corners_in_world[self.row])
+
+    @property
+    def antenna_in_world(self) -> FloatArray:
+        """The antenna (3,) where dead reckoning leads."""
+        return np.asarray(self.plane.antenna_in_world[self.row])
+
+    @property
+    def vessel_axes_in_world(self) -> FloatArray:
+        """Forward, port and up (3, 3)."""
+        return np.asarray(self.plane.vessel_axes_in_world[self.row])
+
+    @property
+    def enu_axes_in_world(self) -> FloatArray:
+        """East, north and up (3, 3) at the reported antenna."""
+        return np.asarray(self.plane.enu_axes_in_world[self.row])
 
 
 def vessel_axes(enu_axes_in_world: FloatArray, heading_deg: float) -> FloatArray:
@@ -48,20 +104,18 @@ def vessel_axes(enu_axes_in_world: FloatArray, heading_deg: float) -> FloatArray
 def water_plane_segment(
     frame: WorldFrame, water_level_m: float, state: VesselState
 ) -> WaterPlaneSegment:
-    """Place a vessel on the water; see `water_plane_segments`."""
-    return water_plane_segments(frame, water_level_m, [state])[0]
+    """Place a vessel on the water; see `water_plane`."""
+    return WaterPlaneSegment(water_plane(frame, water_level_m, [state]), 0)
 
 
-def water_plane_segments(
-    frame: WorldFrame, water_level_m: float, states: Sequence[VesselState]
-) -> list[WaterPlaneSegment]:
-    """Place vessels on the water at `water_level_m` (ellipsoidal height, metres).
+def water_plane(
+    frame: WorldFrame, water_level_m: float | FloatArray, states: Sequence[VesselState]
+) -> WaterPlane:
+    """Place vessels on the water at `water_level_m` (ellipsoidal height, metres; one or n).
 
     Paper, equations c1 to c4 and the dead reckoning vector dr. Raises ValueError for a position
     that is not on earth (AIS: latitude 91, longitude 181 mean "not available").
     """
-    if not states:
-        return []
     numbers = np.array(
         [
             (
@@ -70,15 +124,15 @@ def water_plane_segments(
             )
             for state in states
         ]
-    )
+    ).reshape(-1, 8)
     lat_deg, lon_deg, heading_deg, knot_s = numbers[:, :4].T
     if not ((np.abs(lat_deg) <= 90) & (np.abs(lon_deg) <= 180)).all():
         raise ValueError("lat_deg must lie between -90 and 90 and lon_deg between -180 and 180")
     antennas, enu_axes = frame.places(lat_deg, lon_deg, water_level_m)
-    sin, cos = np.sin(np.radians(heading_deg))[:, None], np.cos(np.radians(heading_deg))[:, None]
+    heading = np.radians(heading_deg)[:, None]
+    sin, cos = np.sin(heading), np.cos(heading)
     east, north, up = enu_axes[:, 0], enu_axes[:, 1], enu_axes[:, 2]
     forward, port = sin * east + cos * north, sin * north - cos * east
-    axes = np.stack([forward, port, up], axis=1)
     bow, stern, left, right = numbers[:, 4:].T
     along = np.stack([bow, bow, -stern, -stern], axis=1)
     aside = np.stack([left, -right, -right, left], axis=1)
@@ -86,10 +140,10 @@ def water_plane_segments(
         antennas[:, None] + along[..., None] * forward[:, None] + aside[..., None] * (port[:, None])
     )
     travelled = forward * (knot_s * M_PER_S_PER_KN)[:, None]
-    return [
-        WaterPlaneSegment(*rows)
-        for rows in zip(
-            *(reported, reported + travelled[:, None], antennas + travelled, axes, enu_axes),
-            strict=True,
-        )
-    ]
+    return WaterPlane(
+        reported_corners_in_world=reported,
+        corners_in_world=reported + travelled[:, None],
+        antenna_in_world=antennas + travelled,
+        vessel_axes_in_world=np.stack([forward, port, up], axis=1),
+        enu_axes_in_world=enu_axes,
+    )

@@ -10,7 +10,7 @@ from app.domain.candidates import UnmatchedReason
 from app.domain.fusion import FusionResult
 from app.domain.geodesy import WorldFrame
 from app.domain.vessel_state import VesselState
-from app.domain.waterplane import water_plane_segments
+from app.domain.waterplane import water_plane
 from app.runs.batch_repository import PoseRows
 from app.runs.pose_columns import pixels, pose_columns
 
@@ -43,10 +43,8 @@ def state_rows(
 ) -> list[dict[str, Any]]:
     """Return the columns of `vessel_states` for the states worth keeping."""
     kept = list(kept_states(states, result))
-    segments = water_plane_segments(frame, water_level_m, [states[index] for index in kept])
-    corners = np.array(
-        [(one.reported_corners_in_world, one.corners_in_world) for one in segments]
-    ).reshape(-1, 2, 4, 3)
+    plane = water_plane(frame, water_level_m, [states[index] for index in kept])
+    corners = np.stack([plane.reported_corners_in_world, plane.corners_in_world], axis=1)
     shown = camera.project(corners).reshape(-1, 2, 4, 2)
     rows = []
     for index, (reported, dead_reckoned) in zip(kept, shown, strict=True):

@@ -7,7 +7,7 @@ from app.domain.detection import Detection
 from app.domain.fusion import FusionSettings, MatchingMethod
 from app.domain.likelihood import match_by_likelihood
 from app.domain.seen_boxes import Scene
-from app.domain.units import parts_of, rows_of_hulls
+from app.domain.units import edges_of, parts_of, rows_of_hulls, side_by_side
 from app.simulation.roadstead import FRAME, RoadsteadSettings, make_roadstead
 
 LIKELY = FusionSettings(matching=MatchingMethod.LIKELIHOOD)
@@ -18,6 +18,11 @@ def split(box: Detection, share: float) -> tuple[Detection, Detection]:
     """Return the left and the right hull of a unit."""
     middle = box.x1_px + share * (box.x2_px - box.x1_px)
     return replace(box, x2_px=middle - 1), replace(box, x1_px=middle + 1)
+
+
+def units_of(boxes: list[Detection]) -> list[tuple[int, ...]]:
+    """Return which boxes of an image may be one unit."""
+    return [hulls for _, hulls in rows_of_hulls(boxes, side_by_side(edges_of(boxes)))]
 
 
 def test_hulls_of_one_unit_are_matched_together() -> None:
@@ -53,7 +58,7 @@ def test_a_boat_in_front_of_a_ship_is_no_part() -> None:
     ship = Detection(100, 100, 500, 200, 0.9)
     boat = Detection(200, 175, 240, 230, 0.9)
     house = Detection(200, 120, 300, 198, 0.9)
-    parts = parts_of([ship, boat, house])
+    parts = parts_of(edges_of([ship, boat, house]))
     assert parts.tolist() == [[False] * 3, [False] * 3, [True, False, False]]
 
 
@@ -61,5 +66,5 @@ def test_hulls_of_a_unit_lie_on_one_line() -> None:
     """Boxes side by side make a unit, and no more where one lies farther away than the other."""
     left, right = split(Detection(100, 100, 500, 200, 0.9), 0.5)
     away = replace(right, y1_px=20, y2_px=120)
-    assert [hulls for _, hulls in rows_of_hulls([right, left])] == [(1, 0)]
-    assert not list(rows_of_hulls([left, away]))
+    assert units_of([right, left]) == [(1, 0)]
+    assert not units_of([left, away])
