@@ -13,7 +13,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import IO, Any
 
 import structlog
@@ -130,16 +130,20 @@ def tidy_up(database: Database) -> None:
 
 def vessel_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
     """Return the vessels of a recording as rows, in the order that keeps two writers apart."""
-    rows = []
-    for mmsi, vessel in sorted(summary.vessels.items()):
-        values = asdict(vessel)
-        del values["said_at"]
-        values["name"] = printable(vessel.name, 64)
-        values["callsign"] = printable(vessel.callsign, 16)
-        values["imo"] = in_range(vessel.imo)
-        values["ship_type"] = in_range(vessel.ship_type)
-        rows.append({"mmsi": mmsi, **values})
-    return rows
+    return [
+        {
+            "mmsi": mmsi,
+            "name": printable(vessel.name, 64),
+            "callsign": printable(vessel.callsign, 16),
+            "imo": in_range(vessel.imo),
+            "ship_type": in_range(vessel.ship_type),
+            "length_m": vessel.length_m,
+            "width_m": vessel.width_m,
+            "first_seen_at": vessel.first_seen_at,
+            "last_seen_at": vessel.last_seen_at,
+        }
+        for mmsi, vessel in sorted(summary.vessels.items())
+    ]
 
 
 def _content(stream: IO[bytes]) -> tuple[str, int]:
@@ -254,8 +258,9 @@ def _shown(
     importer: Importer,
 ) -> AisFile:
     """Show a file to all, without the positions of those that ended before it."""
-    first_at, last_at = summary.first, summary.last
     vessels = vessel_rows(summary)
+    first_at = min((vessel["first_seen_at"] for vessel in vessels), default=None)
+    last_at = max((vessel["last_seen_at"] for vessel in vessels), default=None)
     compared: frozenset[int] = frozenset()
     while True:
         with database.writing() as session:
