@@ -17,7 +17,14 @@ import numpy as np
 from app.domain import ais
 from app.domain.arrays import FloatArray
 from app.domain.nmea_times import epoch_us
-from app.domain.payload_bits import BoolArray, IntArray, PayloadBits, are_vessels, are_within
+from app.domain.payload_bits import (
+    BoolArray,
+    IntArray,
+    Letters,
+    PayloadBits,
+    are_vessels,
+    are_within,
+)
 
 POSITION_LETTERS = 28  # 168 bits: types 1, 2, 3 and 18 alike
 POSITION_TYPES = b"123B"  # as their armoured first letter has them
@@ -98,9 +105,9 @@ class PositionTable:
 class PositionBits:
     """Many position payloads; `usable` tells which are a vessel's and have a place."""
 
-    def __init__(self, payloads: Sequence[bytes]) -> None:
-        """Take payloads of `POSITION_LETTERS` letters that begin with one of `POSITION_TYPES`."""
-        self._bits = PayloadBits(payloads, POSITION_LETTERS)
+    def __init__(self, letters: Letters) -> None:
+        """Take (payloads, `POSITION_LETTERS`) letters; they begin with one of `POSITION_TYPES`."""
+        self._bits = PayloadBits(letters)
         self._type, self._mmsi = self._bits.message_type, self._bits.mmsi
         self._is_b = self._type == _CLASS_B
         self._lon = _signed(self._motion(11, 28), 28)

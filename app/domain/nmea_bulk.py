@@ -19,7 +19,7 @@ from app.domain.ais_payload import WANTED_LETTERS
 from app.domain.nmea import NmeaDecoder, decode_lines
 from app.domain.nmea_lines import split_blocks, split_lines
 from app.domain.nmea_units import Units
-from app.domain.payload_bits import BoolArray, IntArray
+from app.domain.payload_bits import BoolArray
 from app.domain.static_bulk import STATIC_TYPES, StaticBits
 
 Decoded = PositionTable | PositionReport | StaticReport
@@ -64,17 +64,17 @@ class _BulkDecoder:
         units, start = block.units, 0
         for at in block.halts():
             yield from self._take(block, start, at)
-            yield from self._read(units.gaps[at])
+            yield from self._read(units.gap(at))
             start = at
             if not block.is_plain[at] or self._reference.carries_time:
                 yield from self._read_unit(block, at)
                 start += 1
         yield from self._take(block, start, len(units))
-        yield from self._read(units.gaps[-1])
+        yield from self._read(units.gap(len(units)))
 
     def _read_unit(self, block: "_Block", at: int) -> Iterator[Decoded]:
         block.is_plain[at] = False
-        return self._read(block.units.texts[at])
+        return self._read(block.units.text(at))
 
     def _read(self, text: bytes) -> Iterator[Decoded]:
         if text:
@@ -120,31 +120,30 @@ class _Block:
 
     def __init__(self, units: Units) -> None:
         self.units = units
-        self.kinds = _KINDS[np.frombuffer(bytes([p[0] for p in units.payloads]), dtype=np.uint8)]
+        self.kinds = _KINDS[units.first_letters]
         self.sentences = np.ones(len(units), dtype=np.int64)
         self._joined = np.array(sorted(units.keys), dtype=np.int64)
         self.sentences[self._joined] = 2
-        letters = np.array([len(payload) for payload in units.payloads], dtype=np.int64)
-        bits = 6 * letters - np.array([int(fill) for fill in units.fills], dtype=np.int64)
-        is_position = (self.kinds == _POSITION) & (bits == 6 * POSITION_LETTERS)
-        is_position &= letters == POSITION_LETTERS
-        self._positions = np.flatnonzero(is_position & units.sound)
-        self._statics = np.flatnonzero((self.kinds == _STATIC) & units.sound)
-        self._position_bits = PositionBits(self._payloads_at(self._positions))
-        self._static_bits = StaticBits(self._payloads_at(self._statics), bits[self._statics])
-        self.is_plain: BoolArray = units.sound & (self.kinds == _IGNORED)
+        is_position = (self.kinds == _POSITION) & (units.fills == 0)
+        is_position &= (units.lengths == POSITION_LETTERS) & (self.sentences == 1)
+        self._positions = np.flatnonzero(is_position)
+        self._statics = np.flatnonzero(self.kinds == _STATIC)
+        self._position_bits = PositionBits(units.letters(self._positions, POSITION_LETTERS))
+        bits = 6 * units.lengths - units.fills
+        self._static_bits = StaticBits(units.payloads(self._statics), bits[self._statics])
+        self.is_plain: BoolArray = self.kinds == _IGNORED
         self.is_plain[self._positions] = self._position_bits.usable
         self.is_plain[self._statics] = self._static_bits.usable
         self.wanted = np.flatnonzero(self.is_plain & (self.kinds != _IGNORED))
-        self.payloads = self._payloads_at(self.wanted)
+        self.payloads = units.payloads(self.wanted)
         self.received_us = units.received_us[self.wanted]
         self.is_first: BoolArray = np.full(len(self.payloads), False)
 
     def halts(self) -> list[int]:
         """Return the units at which there is something to be read line by line."""
-        follows_gap = np.array([bool(gap) for gap in self.units.gaps[:-1]], dtype=np.bool_)
-        follows_gap[:1] = True  # a time may have come with the block before
-        halts: list[int] = np.flatnonzero(follows_gap | ~self.is_plain).tolist()
+        has_gap = self.units.follow_gap.copy()
+        has_gap[:1] = True  # a time may have come with the block before
+        halts: list[int] = np.flatnonzero(has_gap | ~self.is_plain).tolist()
         return halts
 
     def joined_within(self, start: int, stop: int) -> list[int]:
@@ -164,7 +163,3 @@ class _Block:
         yield from self._static_bits.reports(
             statics, self.units.received_us[self._statics[statics]]
         )
-
-    def _payloads_at(self, places: IntArray) -> list[bytes]:
-        payloads = self.units.payloads
-        return [payloads[at] for at in places.tolist()]

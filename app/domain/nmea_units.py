@@ -1,204 +1,172 @@
 r"""Sentences of the usual shape, found many at once: all that bulk decoding needs of a text.
 
 Nearly every line of a recording looks like its neighbour: a whole message in one sentence, with its
-time in a tag block, a `$PGHP` line, or an epoch after the checksum. One regular expression finds
-such a *unit* (the sentence and the time-only lines right before it), another step checks all its
-checksums as one array. A message in two sentences that follow each other is a unit as well. The
-expression takes less than `nmea_lines` and `nmea_times` do, never more: what it does not take lies
-in the gaps between the units and is left to them, line by line.
+time in a tag block, a `$PGHP` line, or an epoch after the checksum. `nmea_columns` reads all such
+lines as columns; here they become *units*: a sentence with the time-only lines right before it, or
+two sentences of one message that follow each other. Only what leaves no question is a unit: its
+checksums hold and its time is plausible. All else that `nmea_lines` and `nmea_times` take lies in
+the gaps between the units and is left to them, line by line.
 """
 
-import re
-from collections.abc import Sequence
 from datetime import datetime, timedelta
-from typing import NamedTuple
 
 import numpy as np
 
 from app.domain.nmea_assembly import WINDOW, Key
-from app.domain.nmea_times import EARLIEST, FIRST_MILLISECONDS, epoch_us, xor_checksum
-from app.domain.payload_bits import BoolArray, IntArray
+from app.domain.nmea_columns import ABSENT_US, Pghps, Sentences, Tags
+from app.domain.nmea_times import EARLIEST, epoch_us
+from app.domain.payload_bits import BoolArray, IntArray, Letters
+from app.domain.text_columns import TextColumns
 
-_SUM = rb"\*([0-9A-Fa-f]{2})"
-_ENTRY = rb"[abd-fh-zA-Z][a-zA-Z]?:[^,*\\!\r\n]*"  # of a tag block; neither time nor group
-_TAG = rb"(?=[a-zA-Z])((?:%b(?:,|(?=\*)))*+(?:c:(\d{10}|\d{13})(?:,%b)*+)?)" % (_ENTRY, _ENTRY)
-_PGHP = rb"(PGHP,\d*,(\d{4}(?:,\d\d?){5},\d{1,3}),[^*!\r\n]*)"
-_NAME, _END = rb"[0-9A-Z-]{2}VD[MO]", rb"\d{0,2},[0-9A-Z]?,([0-W`-w]{1,80}),([0-5]))" + _SUM
-_SENTENCE = rb"!(" + _NAME + rb",(?:1,1|(?P<two>2,1))," + _END + rb"(?:,(\d{10}))?"
-_SECOND = rb"((?:\\[^\\!\r\n]*\\)?!" + _NAME + rb",2,2,[^!\\\r\n]*)"
-_UNIT = re.compile(
-    rb"^("
-    rb"(?:\\" + _TAG + _SUM + rb"\\(?:(\r?\n)|(?=!)))?"  # a line of its own, or before the sentence
-    rb"(?:\$" + _PGHP + _SUM + rb"\r?\n)?" + _SENTENCE + rb"(?(two)\r?\n" + _SECOND + rb"))\r?\n",
-    re.MULTILINE,
-)
-_SECOND_READ = re.compile(
-    rb"(?:\\" + _TAG + _SUM + rb"\\)?!(" + _NAME + rb",2,2," + _END + rb"(?:,(\d{10}))?"
-)
-_COLUMNS = 16  # what `_UNIT.split` gives for each unit: the gap before it, and its groups
 _WINDOW_US = WINDOW // timedelta(microseconds=1)
-_ABSENT_US = np.iinfo(np.int64).min
-_NIBBLES = np.zeros(256, dtype=np.uint8)
-for _digit in range(16):
-    _NIBBLES[[ord(f"{_digit:x}"), ord(f"{_digit:X}")]] = _digit
-
-_Column = Sequence[bytes | None]
 
 
 class Units:
     """The units of a text, a column each of what they hold.
 
-    `gaps` has the text before each unit and, last, the text after all. `received_us` is when a
-    unit's sentence was heard, microseconds since 1970. `sound` tells of which units all checksums
-    hold and the time is plausible: the others are to be read line by line. `keys` tells of which
-    messages the two parts were joined, and by what they belong together.
+    `received_us` is when a unit's sentence was heard, microseconds since 1970, `time_lines` how
+    many lines before it told only that; `first_letters`, `lengths` and `fills` are its payload's.
+    `keys` tells of which messages two parts were joined, and by what they belong together.
     """
 
     def __init__(self, text: bytes, not_after: datetime) -> None:
-        pieces: list[bytes] = _UNIT.split(text)
-        columns = [pieces[at::_COLUMNS] for at in range(_COLUMNS)]
-        self.gaps, self.texts, tags, epochs, tag_sums, tag_ends, *columns = columns
-        pghps, moments, pghp_sums, bodies, twos, payloads, fills, sums, suffixes, seconds = columns
-        pghp_us, is_date = _moments_us(moments)
-        self.received_us = _first_present(_epochs_us(epochs), pghp_us, _epochs_us(suffixes))
-        in_time = self.received_us >= epoch_us(EARLIEST)
-        in_time &= self.received_us <= epoch_us(not_after)
-        is_alone = _is_present(tag_ends)
-        self.time_lines: IntArray = is_alone.astype(np.int64) + _is_present(pghps)
-        # A tag block before the sentence that has no key `c` may tell the time in another way.
-        is_told = is_alone | _is_present(epochs) | ~_is_present(tags)
-        self.sound: BoolArray = in_time & is_date & is_told
-        for texts, told in ((bodies, sums), (tags, tag_sums), (pghps, pghp_sums)):
-            self.sound &= _checksums_hold(texts, told)
-        self.payloads, self.fills = payloads, fills
+        self._text = text
+        columns = TextColumns(text)
+        tags, pghps = Tags(columns), Pghps(columns)
+        self._parts = parts = Sentences(columns, tags)
+        heard = _Heard(columns, tags, pghps, parts, not_after)
+        firsts = self._joined(heard, epoch_us(not_after))
+        is_unit = heard.is_sound & (parts.count == 1)
+        is_unit[list(firsts)] = True
+        self._at = np.flatnonzero(is_unit)
+        last = self._at.copy()  # the sentence whose payload ends the message
+        self.received_us = heard.received_us[self._at]
         self.keys: dict[int, Key] = {}
-        latest_us = epoch_us(not_after)
-        for at in np.flatnonzero(_is_present(twos) & self.sound).tolist():
-            first = _First(bodies[at], tags[at], pghps[at], int(self.received_us[at]), latest_us)
-            self._join(at, first, seconds[at])
+        for place in np.flatnonzero(parts.count[self._at] == 2).tolist():
+            self.keys[place], self.received_us[place] = firsts[int(self._at[place])]
+            last[place] += 1
+        self.first_letters = columns.letters[parts.payloads[self._at]]
+        self.fills = parts.fills[last]
+        self.lengths = parts.payload_ends[self._at] - parts.payloads[self._at]
+        is_joined = last > self._at
+        self.lengths += is_joined * (parts.payload_ends[last] - parts.payloads[last])
+        self.time_lines = heard.time_lines[self._at]
+        self._starts = columns.starts[parts.line[self._at] - self.time_lines]
+        self._ends = columns.nexts[parts.line[last]]
+        self._columns = columns
+        gaps_begin = np.concatenate([[0], self._ends])
+        self._gaps = gaps_begin, np.concatenate([self._starts, [len(text)]])
+        self.follow_gap: BoolArray = (self._gaps[0] < self._gaps[1])[:-1]
 
     def __len__(self) -> int:
-        return len(self.texts)
+        return int(self._at.size)
 
-    def _join(self, at: int, first: "_First", second: bytes) -> None:
-        """Join a message's second part to its first, where nothing is unusual about it."""
-        part = _second_part(first, second)
-        if part is None or self.fills[at] != b"0":
-            self.sound[at] = False
-            return
-        self.keys[at] = part.key
-        self.payloads[at] += part.payload
-        self.fills[at] = part.fill
-        self.received_us[at] = min(first.received_us, part.received_us)
+    def gap(self, at: int) -> bytes:
+        """Return the text before a unit, or after all of them."""
+        return self._text[self._gaps[0][at] : self._gaps[1][at]]
+
+    def text(self, at: int) -> bytes:
+        """Return a unit's lines."""
+        return self._text[self._starts[at] : self._ends[at]]
+
+    def letters(self, units: IntArray, count: int) -> Letters:
+        """Return the payloads, of so many letters each and not joined, of some units."""
+        begins = self._parts.payloads[self._at[units]]
+        letters: Letters = self._columns.letters[begins[:, None] + np.arange(count)]
+        return letters
+
+    def payloads(self, units: IntArray) -> list[bytes]:
+        """Return the payloads of some units."""
+        text, at = self._text, self._at[units]
+        begins, ends = self._parts.payloads[at].tolist(), self._parts.payload_ends[at].tolist()
+        payloads = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
+        for place in np.flatnonzero(self._parts.count[at] == 2).tolist():
+            second = at[place] + 1
+            payloads[place] += text[self._parts.payloads[second] : self._parts.payload_ends[second]]
+        return payloads
+
+    def _joined(self, heard: "_Heard", latest_us: int) -> dict[int, tuple[Key, int]]:
+        """Return the first parts to which the second can be joined: by what, when heard first."""
+        parts = self._parts
+        is_first = (parts.count[:-1] == 2) & (parts.number[:-1] == 1) & (parts.fills[:-1] == 0)
+        is_first &= (parts.count[1:] == 2) & (parts.number[1:] == 2) & heard.is_sound[:-1]
+        is_first &= (parts.line[1:] == parts.line[:-1] + 1) & heard.is_told[1:]
+        ours_us, theirs_us = heard.received_us[:-1], heard.told_us[1:]
+        theirs_us = np.where(theirs_us == ABSENT_US, ours_us, theirs_us)
+        is_first &= (abs(ours_us - theirs_us) <= _WINDOW_US) & (theirs_us <= latest_us)
+        joined = {}
+        for at in np.flatnonzero(is_first).tolist():
+            name, ours = self._name(at)
+            if self._name(at + 1) != (name, ours) or not self._is_same_source(heard, at):
+                continue
+            sequence, channel, _ = ours.split(b",")
+            received_us = min(int(ours_us[at]), int(theirs_us[at]))
+            joined[at] = (name, channel, sequence, 2), received_us
+        return joined
+
+    def _name(self, at: int) -> tuple[bytes, bytes]:
+        """Return a sentence's talker and formatter, and its sequence and channel."""
+        begin, end = int(self._parts.begins[at]), int(self._parts.payloads[at])
+        return self._text[begin + 1 : begin + 6], self._text[begin + 11 : end]
+
+    def _is_same_source(self, heard: "_Heard", at: int) -> bool:
+        """Whether a second part's tag block does not tell another station than the first part."""
+        theirs = self._text[slice(*heard.tags[at + 1])] if heard.is_tagged[at + 1] else b""
+        told = self._text[slice(*heard.tags[at])]
+        pghp = self._text[slice(*heard.pghps[at])]
+        if (theirs == told and not pghp) or not theirs:
+            return True
+        return _source(theirs, b"") in {_source(told, pghp), b""}
 
 
-class _First(NamedTuple):
-    """What counts of a message's first part."""
+class _Heard:
+    """When each sentence was heard, by what is written before it and behind it.
 
-    body: bytes
-    tag: bytes | None
-    pghp: bytes | None
-    received_us: int
-    latest_us: int  # plausible time
+    `is_sound` tells where that leaves no question, `told_us` what the line itself says. `tags` and
+    `pghps` are where the text of the tag block and of the `$PGHP` line begins and ends.
+    """
 
-
-class _Second(NamedTuple):
-    """What a message's second part adds; without a time of its own it was heard with the first."""
-
-    key: Key
-    payload: bytes
-    fill: bytes
-    received_us: int
-
-
-def _second_part(first: _First, line: bytes) -> _Second | None:
-    """Read the second part of a message, None if it needs a closer look or belongs to another."""
-    match = _SECOND_READ.fullmatch(line)
-    if match is None:
-        return None
-    tag, epoch, tag_sum, body, payload, fill, told, suffix = match.groups()
-    name, _, _, sequence, channel, *_ = body.split(b",")
-    their_name, _, _, their_sequence, their_channel, *_ = first.body.split(b",")
-    if (name, sequence, channel) != (their_name, their_sequence, their_channel):
-        return None
-    received_us = first.received_us
-    if tag is not None:
-        source = _source(first.tag, first.pghp)
-        is_known = epoch is not None and xor_checksum(tag) == int(tag_sum, 16)
-        if not is_known or _source(tag, None) not in {source, b""}:
-            return None
-    if digits := epoch or suffix:
-        count = int(digits)
-        received_us = count * (1_000 if count >= FIRST_MILLISECONDS else 1_000_000)
-    is_near = abs(received_us - first.received_us) <= _WINDOW_US
-    if not is_near or received_us > first.latest_us or xor_checksum(body) != int(told, 16):
-        return None
-    return _Second((name, channel, sequence, 2), payload, fill, received_us)
+    def __init__(
+        self,
+        text: TextColumns,
+        all_tags: Tags,
+        all_pghps: Pghps,
+        parts: Sentences,
+        not_after: datetime,
+    ) -> None:
+        self.is_tagged: BoolArray = all_tags.ends[parts.line] >= 0
+        before = parts.line - 1
+        has_pghp = ~self.is_tagged & (before >= 0) & all_pghps.is_good[before]
+        pghp_us = np.where(has_pghp, all_pghps.moments_us[before], ABSENT_US)
+        pghps = (text.starts[before] + 1, np.where(has_pghp, text.stops[before] - 3, 0))
+        self.pghps = np.stack(pghps, axis=1)
+        before -= has_pghp
+        is_after_tag = ~self.is_tagged & (before >= 0) & all_tags.is_alone[before]
+        tag_line = np.where(self.is_tagged, parts.line, before)
+        has_tag = self.is_tagged | is_after_tag
+        tag_us = np.where(has_tag, all_tags.epochs_us[tag_line], ABSENT_US)
+        tags = (all_tags.begins[tag_line], np.where(has_tag, all_tags.ends[tag_line], 0))
+        self.tags = np.stack(tags, axis=1)
+        self.time_lines: IntArray = has_pghp.astype(np.int64) + is_after_tag
+        self.told_us = _first_present(tag_us, parts.suffixes_us)
+        self.received_us = _first_present(tag_us, pghp_us, parts.suffixes_us)
+        # A tag block before the sentence that has no key `c` may tell the time in another way.
+        self.is_told: BoolArray = ~self.is_tagged | (tag_us != ABSENT_US)
+        self.is_sound: BoolArray = self.is_told & (self.received_us >= epoch_us(EARLIEST))
+        self.is_sound &= self.received_us <= epoch_us(not_after)
 
 
-def _source(tag: bytes | None, pghp: bytes | None) -> bytes:
+def _source(tag: bytes, pghp: bytes) -> bytes:
     """Return the station that heard a sentence, as its tag block and its `$PGHP` line tell it."""
     told = b""
-    for entry in tag.split(b",") if tag else ():
+    for entry in tag.split(b","):
         if entry.startswith(b"s:"):
             told = entry[2:]
-    return told + (b",".join(pghp.split(b",")[9:12]) if pghp else b"")
-
-
-def _is_present(column: _Column) -> BoolArray:
-    absent = column.count(None)
-    if absent in {0, len(column)}:
-        return np.full(len(column), absent == 0)
-    return np.array([piece is not None for piece in column], dtype=np.bool_)
+    return told + b",".join(pghp.split(b",")[9:12])
 
 
 def _first_present(*columns_us: IntArray) -> IntArray:
     first, *others = columns_us
     for other in others:
-        first = np.where(first == _ABSENT_US, other, first)
+        first = np.where(first == ABSENT_US, other, first)
     return first
-
-
-def _epochs_us(digits: _Column) -> IntArray:
-    """Return epochs in seconds or milliseconds as microseconds, or `_ABSENT_US`."""
-    epochs_us = np.full(len(digits), _ABSENT_US)
-    present = _is_present(digits)
-    count = np.array([int(piece) for piece in digits if piece is not None], dtype=np.int64)
-    epochs_us[present] = np.where(count >= FIRST_MILLISECONDS, count * 1_000, count * 1_000_000)
-    return epochs_us
-
-
-def _moments_us(moments: _Column) -> tuple[IntArray, BoolArray]:
-    """Return the moments of `$PGHP` lines, or `_ABSENT_US`; and which are in the calendar."""
-    moments_us, is_date = np.full(len(moments), _ABSENT_US), np.full(len(moments), True)
-    present = _is_present(moments)
-    if not present.any():
-        return moments_us, is_date
-    numbers = b",".join(piece for piece in moments if piece is not None).split(b",")
-    year, month, day, hour, minute, second, millisecond = (
-        np.array(list(map(int, numbers)), dtype=np.int64).reshape(-1, 7).T
-    )
-    months = ((year - 1970) * 12 + month - 1).astype("datetime64[M]")
-    first_day = months.astype("datetime64[D]").astype(np.int64)
-    days_in_month = (months + 1).astype("datetime64[D]").astype(np.int64) - first_day
-    is_date[present] = (
-        ((year >= 1) & (month >= 1) & (month <= 12) & (day >= 1) & (day <= days_in_month))
-        & ((hour <= 23) & (minute <= 59) & (second <= 59))
-    )  # fmt: skip
-    seconds = ((first_day + day - 1) * 24 + hour) * 3600 + minute * 60 + second
-    moments_us[present] = seconds * 1_000_000 + millisecond * 1_000
-    return moments_us, is_date
-
-
-def _checksums_hold(texts: _Column, told: _Column) -> BoolArray:
-    """Return whether the XOR of each text's bytes is the one told in hexadecimal; True for None."""
-    holds = np.full(len(texts), True)
-    bodies = [text for text in texts if text is not None]
-    if not bodies:
-        return holds
-    lengths = np.array([len(body) for body in bodies])
-    letters = np.frombuffer(b"".join(bodies), dtype=np.uint8)
-    found = np.bitwise_xor.reduceat(letters, np.cumsum(lengths) - lengths)
-    digits = _NIBBLES[np.frombuffer(b"".join(d for d in told if d is not None), dtype=np.uint8)]
-    holds[_is_present(texts)] = found == (digits[::2] << 4 | digits[1::2])
-    return holds

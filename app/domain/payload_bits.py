@@ -15,18 +15,25 @@ from app.domain import ais
 
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+Letters = npt.NDArray[np.uint8]
 
 _SIX_BITS = np.zeros(256, dtype=np.int64)
 _SIX_BITS[48:88], _SIX_BITS[96:120] = np.arange(40), np.arange(40, 64)
 _TEXT = np.frombuffer(bytes([*range(64, 96), *range(32, 64)]), dtype=np.uint8)
 
 
-class PayloadBits:
-    """The bits of many payloads, `letters` letters of each; a shorter one ends in zeros."""
+def letters_of(payloads: Sequence[bytes], count: int) -> Letters:
+    """Return so many letters of each payload, (payloads, letters); a shorter one ends in zeros."""
+    text = b"".join([payload[:count].ljust(count, b"0") for payload in payloads])
+    return np.frombuffer(text, dtype=np.uint8).reshape(-1, count)
 
-    def __init__(self, payloads: Sequence[bytes], letters: int) -> None:
-        text = b"".join([payload[:letters].ljust(letters, b"0") for payload in payloads])
-        self._letters = _SIX_BITS[np.frombuffer(text, dtype=np.uint8).reshape(-1, letters).T]
+
+class PayloadBits:
+    """The bits of many payloads, all of the same number of armoured letters."""
+
+    def __init__(self, letters: Letters) -> None:
+        """Take (payloads, letters) letters."""
+        self._letters = _SIX_BITS[letters.T]
 
     @property
     def message_type(self) -> IntArray:

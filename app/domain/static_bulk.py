@@ -15,7 +15,14 @@ import numpy as np
 from app.domain import ais
 from app.domain.ais import StaticReport
 from app.domain.nmea_times import moment_of
-from app.domain.payload_bits import BoolArray, IntArray, PayloadBits, are_vessels, are_within
+from app.domain.payload_bits import (
+    BoolArray,
+    IntArray,
+    PayloadBits,
+    are_vessels,
+    are_within,
+    letters_of,
+)
 
 STATIC_TYPES = b"5H"  # as their armoured first letter has them
 _LETTERS_READ = 46  # all fields end before bit 276
@@ -30,7 +37,7 @@ class StaticBits:
     def __init__(self, payloads: Sequence[bytes], length_bits: IntArray) -> None:
         """Take payloads that begin with one of `STATIC_TYPES`, and their lengths without fill."""
         self._payloads = payloads
-        bits = PayloadBits(payloads, _LETTERS_READ)
+        bits = PayloadBits(letters_of(payloads, _LETTERS_READ))
         part = bits.unsigned(38, 2)
         is_of = ((bits.message_type == 5), (part == 0), (part == 1))
         longest = (range(420, 427), range(160, 169), range(168, 169))
@@ -43,7 +50,8 @@ class StaticBits:
         for kind, read in enumerate(_READERS):
             at = np.flatnonzero(self._kind[chosen] == kind)
             if at.size:
-                bits = PayloadBits([self._payloads[i] for i in chosen[at].tolist()], _LETTERS_READ)
+                payloads = [self._payloads[i] for i in chosen[at].tolist()]
+                bits = PayloadBits(letters_of(payloads, _LETTERS_READ))
                 yield from read(bits, map(moment_of, received_us[at].tolist()))
 
 

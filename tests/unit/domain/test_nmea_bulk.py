@@ -17,6 +17,7 @@ from app.domain.ais import PositionReport, StaticReport
 from app.domain.ais_bulk import (
     ACCURACIES,
     AIS_CLASSES,
+    POSITION_LETTERS,
     SOURCES,
     PositionBits,
     PositionTable,
@@ -26,6 +27,7 @@ from app.domain.nmea import NmeaDecoder, decode_lines
 from app.domain.nmea_bulk import decode_recording
 from app.domain.nmea_lines import LONGEST_LINE, split_blocks, split_lines
 from app.domain.nmea_times import moment_of
+from app.domain.payload_bits import letters_of
 from app.domain.static_bulk import StaticBits
 from tests.factories.nmea_text import POSITION, VOYAGE, encoded, pghp, sentence, tag_block
 
@@ -193,7 +195,7 @@ payloads = st.tuples(st.sampled_from("123B"), st.lists(letters, min_size=27, max
 @example(["1" + "0" * 27, "B" + "w" * 27], 10**15)
 def test_payloads_mean_what_the_reference_says(drawn: list[str], received_us: int) -> None:
     """Of any bits, those are usable that the reference takes, and every field is the same."""
-    bits = PositionBits([payload.encode() for payload in drawn])
+    bits = PositionBits(letters_of([payload.encode() for payload in drawn], POSITION_LETTERS))
     chosen = np.flatnonzero(bits.usable)
     table = bits.table(chosen, np.full(chosen.size, received_us))
     expected = []
@@ -238,7 +240,7 @@ def test_static_payloads_mean_what_the_reference_says(
 @given(payloads)
 def test_raw_fields_are_those_of_pyais(payload: str) -> None:
     """The bits are read where pyais reads them, each field to its last unit."""
-    bits = PositionBits([payload.encode()])
+    bits = PositionBits(letters_of([payload.encode()], POSITION_LETTERS))
     if not bits.usable[0]:
         return
     (report,) = rows(bits.table(np.array([0]), np.array([10**15])))
