@@ -90,7 +90,7 @@ def sums_by_image(values: Sequence[float], images: Sequence[int], count: int) ->
     """Return the sums of values by image, 0 to `count` - 1."""
     place = np.asarray(images, dtype=np.intp)
     return Sums(
-        np.bincount(place, np.asarray(values, dtype=np.float64), count),
+        np.bincount(place, np.asarray(values, dtype=np.float64), count).astype(np.float64),
         np.bincount(place, minlength=count).astype(np.float64),
     )
 
@@ -113,7 +113,9 @@ def _ratio(sums: Sums) -> float | None:
 
 def _ratios(sums: Sums, drawn: Counts) -> FloatArray:
     tops, counts = drawn @ sums.sums, drawn @ sums.counts
-    return np.divide(tops, counts, out=np.full(len(drawn), np.nan), where=counts > 0)
+    ratios = np.full(len(drawn), np.nan)
+    np.divide(tops, counts, out=ratios, where=counts > 0)
+    return ratios
 
 
 def _median(values: FloatArray) -> float | None:
