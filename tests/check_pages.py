@@ -58,17 +58,19 @@ NO_PAGES = (
     "/sign-in/provider",  # leads to an identity provider and back
     f"{API}/",
 )
+# Pages that ask about something named in their query.
+QUERIES = {"/deletions/ask": "?entity=feed&id={feed_id}"}
 DOCS = f"{API}/docs"
 SIGNED_OUT = "/sign-in"
 Pages = dict[str, str]
 
 
 def page_routes(app: FastAPI, method: str) -> Iterator[str]:
-    """Give the paths of the routes that are for people, not for scripts."""
+    """Give the paths of the routes that are for people, not for scripts, with their queries."""
     for route in routes_of(app):
         path = route.path or ""
         if method in (route.methods or ()) and (path == DOCS or not path.startswith(NO_PAGES)):
-            yield path
+            yield path + QUERIES.get(path, "")
 
 
 def filled(path: str, ids: Mapping[str, int]) -> str:
