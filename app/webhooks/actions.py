@@ -19,13 +19,6 @@ def webhook_for(session: Session, access: Access, webhook_id: int) -> Webhook:
     return webhook
 
 
-def delivery_for(session: Session, access: Access, delivery_id: int) -> WebhookDelivery:
-    """Return a delivery of a webhook of such a site. Raises NotFound, Forbidden."""
-    delivery = service.get_delivery(session, delivery_id)
-    webhook_for(session, access, delivery.webhook_id)
-    return delivery
-
-
 def check_new(
     database: Database, settings: Settings, access: Access, site_id: int, url: str
 ) -> None:
@@ -73,6 +66,23 @@ def rotate(session: Session, access: Access, webhook: Webhook) -> Webhook:
     service.rotate(session, webhook)
     record(session, access, "rotate secret", "webhook", webhook.id, webhook.site_id)
     return webhook
+
+
+def send_test(session: Session, access: Access, webhook: Webhook) -> WebhookDelivery:
+    """Send a test delivery. Raises Conflict while the webhook is off."""
+    delivery = service.test(session, webhook)
+    record(session, access, "test", "webhook", webhook.id, webhook.site_id)
+    return delivery
+
+
+def send_again(session: Session, access: Access, delivery_id: int) -> WebhookDelivery:
+    """Send a delivery once more. Raises NotFound, Forbidden, and Conflict while it is under way."""
+    delivery = service.get_delivery(session, delivery_id)
+    webhook = webhook_for(session, access, delivery.webhook_id)
+    service.send_again(session, delivery)
+    details = {"delivery_id": delivery.id}
+    record(session, access, "send again", "webhook", webhook.id, webhook.site_id, **details)
+    return delivery
 
 
 def remove(session: Session, access: Access, webhook: Webhook) -> None:

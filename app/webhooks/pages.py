@@ -77,7 +77,7 @@ def switch_off(webhook_id: int, session: SessionDep, access: Administrator) -> R
 def send_test(webhook_id: int, session: SessionDep, access: Administrator) -> Response:
     """Send a test delivery."""
     webhook = actions.webhook_for(session, access, webhook_id)
-    service.test(session, webhook)
+    actions.send_test(session, access, webhook)
     return _back(webhook)
 
 
@@ -92,7 +92,7 @@ def remove_webhook(webhook_id: int, session: SessionDep, access: Administrator) 
 @router.post("/webhook-deliveries/{delivery_id:int}/resend")
 def send_again(delivery_id: int, session: SessionDep, access: Administrator) -> Response:
     """Send a delivery that has ended once more."""
-    delivery = service.send_again(session, actions.delivery_for(session, access, delivery_id))
+    delivery = actions.send_again(session, access, delivery_id)
     return _back(service.get_webhook(session, delivery.webhook_id))
 
 

@@ -1,6 +1,6 @@
 """REST of webhooks: a site's administrators set them up, look at deliveries, send them again.
 
-No answer here is kept for repetition (`Idempotency-Key`): some hold a secret that is shown once.
+Answers that hold a secret, which is shown once, are not kept for repetition (`Idempotency-Key`).
 """
 
 from typing import Annotated
@@ -8,13 +8,15 @@ from typing import Annotated
 from fastapi import APIRouter, Request, Response
 
 from app.auth.access import Access, Scope, allowed
+from app.auth.idempotency import IdempotentRoute
 from app.auth.versions import VERSIONED, check_if_match, heed_if_match, set_etag
 from app.dependencies import DatabaseDep, Page, PagingDep, SessionDep, SettingsDep
 from app.sites.actions import site_for
 from app.webhooks import actions, service
 from app.webhooks.schemas import DeliveryOut, SecretOut, WebhookIn, WebhookOut, WebhookPatch
 
-router = APIRouter(tags=["webhooks"])
+router = APIRouter(tags=["webhooks"], route_class=IdempotentRoute)
+secrets = APIRouter()
 Administrator = Annotated[Access, allowed(Scope.ADMIN)]
 
 
@@ -25,7 +27,7 @@ def list_webhooks(site_id: int, session: SessionDep, access: Administrator) -> P
     return Page(items=[WebhookOut.of(row) for row in service.of_site(session, site.id)])
 
 
-@router.post("/sites/{site_id:int}/webhooks", status_code=201)
+@secrets.post("/sites/{site_id:int}/webhooks", status_code=201)
 def add_webhook(
     site_id: int,
     data: WebhookIn,
@@ -89,7 +91,7 @@ def remove_webhook(
     actions.remove(session, access, webhook)
 
 
-@router.post("/webhooks/{webhook_id:int}/rotate")
+@secrets.post("/webhooks/{webhook_id:int}/rotate")
 def rotate_secret(webhook_id: int, session: SessionDep, access: Administrator) -> SecretOut:
     """Make a new secret, shown this once; for a day the old one signs, too."""
     webhook = actions.webhook_for(session, access, webhook_id)
@@ -100,7 +102,7 @@ def rotate_secret(webhook_id: int, session: SessionDep, access: Administrator) -
 def send_test(webhook_id: int, session: SessionDep, access: Administrator) -> DeliveryOut:
     """Send a delivery `test`."""
     webhook = actions.webhook_for(session, access, webhook_id)
-    return DeliveryOut.of(service.test(session, webhook))
+    return DeliveryOut.of(actions.send_test(session, access, webhook))
 
 
 @router.get("/webhooks/{webhook_id:int}/deliveries")
@@ -116,5 +118,7 @@ def list_deliveries(
 @router.post("/webhook-deliveries/{delivery_id:int}/resend", status_code=202)
 def send_again(delivery_id: int, session: SessionDep, access: Administrator) -> DeliveryOut:
     """Send a delivery that has ended once more, under the same id."""
-    delivery = actions.delivery_for(session, access, delivery_id)
-    return DeliveryOut.of(service.send_again(session, delivery))
+    return DeliveryOut.of(actions.send_again(session, access, delivery_id))
+
+
+router.include_router(secrets)

@@ -24,6 +24,8 @@ NO_STORED_ANSWER = {
     "/api/v1/tokens": "its answer holds a secret",
     "/api/v1/invitations": "its answer holds the link's secret",
     "/api/v1/users/{user_id}/password-reset": "its answer holds the link's secret",
+    "/api/v1/sites/{site_id:int}/webhooks": "its answer holds the webhook's secret",
+    "/api/v1/webhooks/{webhook_id:int}/rotate": "its answer holds the webhook's secret",
     "/api/v1/ais/files": "an upload: the same bytes are the same file",
     "/api/v1/ais/previews": "it looks at a recording and stores nothing",
     "/api/v1/detections": "an upload: the same bytes are the same detections",

@@ -49,6 +49,8 @@ FINAL = {
     "DELETE /api/v1/decisions/{decision_name}": HISTORY,
     "DELETE /api/v1/ground-truth/boxes/{box_id:int}": OTHER_UNDO,
     "DELETE /api/v1/calibration-sets/{set_id}/poses/{pose_id}": JUDGED,
+    "DELETE /api/v1/webhooks/{webhook_id:int}": KEY,
+    "POST /webhooks/{webhook_id:int}/remove": KEY,
     "POST /pointings/{pointing_id:int}/reject": ANSWERED,
     "POST /api/v1/pointings/{pointing_id:int}/reject": ANSWERED,
 }
