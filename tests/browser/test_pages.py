@@ -14,6 +14,7 @@ from app.tables.runs import Run
 from tests.browser.conftest import Complaints, Installation, MakeRun
 from tests.check_pages import filled, page_routes
 from tests.factories.ais import table
+from tests.factories.identity import make_user
 from tests.factories.world import make_feed, make_import, make_turned, make_webhook
 
 WINDOWS = ({"width": 1440, "height": 900}, {"width": 1024, "height": 768})
@@ -56,6 +57,7 @@ def addresses(
         ids |= make_import(session, run.viewport.camera, "walked")
         ids |= make_feed(session, harbour.site_id, "walked")
         ids |= make_webhook(session, harbour.site_id, "walked")
+        ids["user_id"] = make_user(session).id
     recording = {"file": ("waiting.csv", table(60))}
     sent = api.post(f"{installation.url}/ais", files=recording)
     ids["upload_id"] = int(sent.headers["location"].rpartition("/")[2])

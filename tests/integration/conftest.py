@@ -18,7 +18,6 @@ from starlette.testclient import TestClient
 from app.auth import passwords
 from app.auth.access import Scope
 from app.auth.authentication import SESSION_COOKIE
-from app.auth.tokens import new_token
 from app.config import Settings
 from app.db import Database
 from app.main import build_routes, furnish
@@ -26,6 +25,7 @@ from app.schema import upgrade
 from app.tables.identity import Role, User
 from tests.factories import identity
 from tests.postgres import PostgresCluster
+from tests.reused_database import ReusedDatabase
 
 TEMPLATE = "quaymark_template"
 CHEAP = PasswordHash((Argon2Hasher(time_cost=1, memory_cost=8, parallelism=1),))
@@ -53,6 +53,14 @@ def postgres_cluster() -> Iterator[PostgresCluster]:
         yield cluster
 
 
+@pytest.fixture(scope="session")
+def reused_database(postgres_cluster: PostgresCluster) -> Iterator[ReusedDatabase]:
+    """Give the Postgres database that is emptied after each test."""
+    reused = ReusedDatabase(postgres_cluster, "reused", TEMPLATE)
+    yield reused
+    reused.close()
+
+
 def _migrate(url: str) -> None:
     database = Database(url)
     upgrade(database)
@@ -68,10 +76,9 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str
         shutil.copy(template, path)
         yield f"sqlite:///{path}"
         return
-    cluster: PostgresCluster = request.getfixturevalue("postgres_cluster")
-    name = f"test_{new_token()[-16:].lower()}"
-    yield cluster.create(name, TEMPLATE)
-    cluster.drop(name)
+    reused: ReusedDatabase = request.getfixturevalue("reused_database")
+    yield reused.lend()
+    reused.take_back()
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from tests.integration.conftest import (
     database,
     database_url,
     postgres_cluster,
+    reused_database,
     settings,
     sqlite_template,
 )
@@ -30,6 +31,7 @@ __all__ = [
     "database",
     "database_url",
     "postgres_cluster",
+    "reused_database",
     "settings",
     "sqlite_template",
     "start_worker",

@@ -39,6 +39,7 @@ def overlap(found: Detection, box: np.ndarray) -> float:
 def test_the_file_is_a_drop_in_for_the_published_yolox_nano(detector: YoloxDetector) -> None:
     """Input and output are those of the YOLOX project's exports, at a 4:3 input, in under 5 MB."""
     assert detector.signature == {
+        "family": "yolox",
         "input": "'images' tensor(float) [1, 3, 480, 640]",
         "output": "'output' tensor(float) [1, 6300, 85]",
         "width_px": 640,
