@@ -40,6 +40,7 @@ class Workbench:
     jobs: JobClient
     token: str
     url: str
+    worker_pid: int | None
 
     def client(self) -> httpx.Client:
         """Return a client with one keep-alive connection, signed in."""
@@ -62,6 +63,11 @@ class Workbench:
         """Return a run."""
         with self.database.reading() as session:
             return service.get_run(session, run_id)
+
+    def worker_cpu_s(self) -> float:
+        """Return how long the worker has computed until now, all its threads together."""
+        fields = Path(f"/proc/{self.worker_pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def finish(self, run_id: int) -> Run:
         """Wait for a run's end; returns it."""
@@ -97,6 +103,7 @@ def workbench(*, worker: bool) -> Iterator[Workbench]:
             JobClient(settings.database_url),
             token,
             f"http://127.0.0.1:{port}",
+            processes[1].pid if worker else None,
         )
         try:
             _wait_for(bench)

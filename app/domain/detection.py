@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import isnan
 
+from app.domain.reduced_decoding import DIVISORS
+
 COCO_BOAT = 8
 # Boxes count from the image's edge, geometry from the centre of its first pixel.
 HALF_PIXEL = 0.5
@@ -37,14 +39,16 @@ class Detection:
 class DetectionSettings:
     """What, beside image and model, the boxes depend on.
 
-    `class_ids` are the detector's classes that count as vessels (COCO: 8 is boat). Detections are
-    stored under `sha256` and reused by every run with the same settings. Raises ValueError naming
-    the field that is out of its range.
+    `class_ids` are the detector's classes that count as vessels (COCO: 8 is boat);
+    `decoding_divisor` says by how much photographs may be decoded smaller. Detections are stored
+    under `sha256` and reused by every run with the same settings. Raises ValueError naming the
+    field that is out of its range.
     """
 
     score_threshold: float = 0.25
     nms_iou: float = 0.45
     class_ids: tuple[int, ...] = (COCO_BOAT,)
+    decoding_divisor: int = 1
 
     def __post_init__(self) -> None:
         for name in ("score_threshold", "nms_iou"):
@@ -53,19 +57,22 @@ class DetectionSettings:
                 raise ValueError(f"{name} must lie between 0 and 1, got {value}")
         if not self.class_ids or min(self.class_ids) < 0:
             raise ValueError(f"class_ids must name classes from 0 on, got {self.class_ids}")
+        if self.decoding_divisor not in DIVISORS:
+            raise ValueError(
+                f"decoding_divisor must be one of {DIVISORS}, got {self.decoding_divisor}"
+            )
 
     @cached_property
     def canonical_json(self) -> str:
         """The settings as one line that is the same for equal settings on every machine."""
-        return json.dumps(
-            {
-                "class_ids": sorted(set(self.class_ids)),
-                "nms_iou": float(self.nms_iou),
-                "score_threshold": float(self.score_threshold),
-            },
-            sort_keys=True,
-            separators=(",", ":"),
-        )
+        values: dict[str, object] = {
+            "class_ids": sorted(set(self.class_ids)),
+            "nms_iou": float(self.nms_iou),
+            "score_threshold": float(self.score_threshold),
+        }
+        if self.decoding_divisor != 1:  # else the key stays that of boxes found in all years
+            values["decoding_divisor"] = self.decoding_divisor
+        return json.dumps(values, sort_keys=True, separators=(",", ":"))
 
     @cached_property
     def sha256(self) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isnan
 
+from app.domain.reduced_decoding import DIVISORS
 from app.domain.vessel_state import TrackMethod
 
 
@@ -41,9 +42,9 @@ MATCHING_OF = {Preset.PAPER: MatchingMethod.PAPER, Preset.WATERLINE: MatchingMet
 class FusionSettings:
     """Settings of one run of fusion; the defaults are those that reproduce the paper.
 
-    `score_threshold`, `nms_iou` and `class_ids` (COCO: 8 is boat) choose detections; fusion itself
-    applies the first of them, so that imported detections meet the same bar. Raises ValueError
-    naming the field that is out of its range.
+    `score_threshold`, `nms_iou`, `class_ids` (COCO: 8 is boat) and `decoding_divisor` choose
+    detections; fusion itself applies the first of them, so that imported detections meet the same
+    bar. Raises ValueError naming the field that is out of its range.
     """
 
     preset: Preset = Preset.PAPER
@@ -51,6 +52,7 @@ class FusionSettings:
     score_threshold: float = 0.25
     nms_iou: float = 0.45
     class_ids: tuple[int, ...] = (8,)
+    decoding_divisor: int = 1  # photographs may be decoded so much smaller for the detector
     border_tolerance_px: float = 2.0  # a box this near to the border counts as cut by it
     maximum_cost: float = 0.5  # theta; true matches of published images reach 0.23 at score 0.5
     maximum_report_age_s: float = 60.0
@@ -94,3 +96,7 @@ class FusionSettings:
                 raise ValueError(f"{name} must lie between {low:g} and {high:g}, got {value}")
         if not self.class_ids:
             raise ValueError("class_ids must name at least one class of the detector")
+        if self.decoding_divisor not in DIVISORS:
+            raise ValueError(
+                f"decoding_divisor must be one of {DIVISORS}, got {self.decoding_divisor}"
+            )

@@ -33,15 +33,22 @@ class Letterbox:
             self.input_width_px / self.image_width_px, self.input_height_px / self.image_height_px
         )
 
+    @property
+    def scaled_px(self) -> tuple[int, int]:
+        """Width and height of the image within the input."""
+        return (
+            max(1, int(self.image_width_px * self.ratio)),
+            max(1, int(self.image_height_px * self.ratio)),
+        )
+
     def tensor(self, image_bgr: UInt8Array) -> Float32Array:
         """Return the network's input (1, 3, height, width), BGR, 0 to 255, from an image.
 
         Args:
-            image_bgr: (image height, image width, 3), BGR as OpenCV decodes it.
+            image_bgr: (height, width, 3), BGR as OpenCV decodes it: the image, or itself reduced.
 
         """
-        width_px = max(1, int(self.image_width_px * self.ratio))
-        height_px = max(1, int(self.image_height_px * self.ratio))
+        width_px, height_px = self.scaled_px
         padded = np.full(
             (self.input_height_px, self.input_width_px, 3), PADDING_GREY, dtype=np.uint8
         )

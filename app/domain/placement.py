@@ -51,10 +51,13 @@ class Placement:
     top_px: int = 0
 
     def tensor(self, image_bgr: UInt8Array, colours: Colours) -> Float32Array:
-        """Return the network's input (1, 3, height, width) from an image (height, width, 3)."""
+        """Return the network's input (1, 3, height, width) from an image (height, width, 3).
+
+        The image may be a reduced one of the same picture.
+        """
         size = (self.scaled_width_px, self.scaled_height_px)
         scaled = image_bgr
-        if size != (self.image_width_px, self.image_height_px):
+        if size != image_bgr.shape[1::-1]:
             scaled = np.asarray(cv2.resize(image_bgr, size, interpolation=cv2.INTER_LINEAR))
         if colours.is_rgb:
             scaled = scaled[:, :, ::-1]

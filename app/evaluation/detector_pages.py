@@ -8,9 +8,10 @@ from app.auth.access import Scope
 from app.dependencies import SessionDep
 from app.domain.average_precision import RECALL_LEVELS
 from app.evaluation import selection
+from app.evaluation.detector_figures import CLASS_SETS
 from app.evaluation.detector_router import NarrowedDep
 from app.evaluation.detector_schemas import DetectorTableOut, detectors_out
-from app.evaluation.detectors import CLASS_SETS, detector_table
+from app.evaluation.detectors import detector_table
 from app.evaluation.pages import show_in_frame
 from app.evaluation.plots import COLOURS, Curve, Plot, curve, shares_x, shares_y
 from app.evaluation.router import AskedDep, Reader

@@ -52,6 +52,31 @@ def images(session: Session, chosen: Selection, file_id: int | None) -> list[Tru
     return [TrueImage(*row) for row in session.execute(statement.order_by(*order))]
 
 
+def complete_images_of_site(session: Session, site_id: int) -> list[TrueImage]:
+    """Return the complete images of a site, photograph here or not."""
+    statement = (
+        sa.select(
+            GroundTruthImage.id,
+            GroundTruthImage.content_sha256,
+            GroundTruthImage.version,
+            GroundTruthImage.site_id,
+            GroundTruthImage.file_id,
+        )
+        .where(GroundTruthImage.site_id == site_id, GroundTruthImage.is_complete)
+        .order_by(GroundTruthImage.id)
+    )
+    return [TrueImage(*row) for row in session.execute(statement)]
+
+
+def has_sets(session: Session, model_sha256: str, settings_sha256s: Sequence[str]) -> bool:
+    """Whether a detector looked at anything with one of these settings."""
+    some = sa.select(DetectionSet.id).where(
+        DetectionSet.model_sha256 == model_sha256,
+        DetectionSet.settings_sha256.in_(settings_sha256s),
+    )
+    return session.scalar(some.limit(1)) is not None
+
+
 def count_images(session: Session, chosen: Selection, file_id: int | None) -> int:
     """Count the images of a selection with ground truth, complete or not."""
     statement = sa.select(sa.func.count(GroundTruthImage.id))

@@ -11,7 +11,7 @@ Source: Exif 2.32, 4.6.4 A, tag 274: where row 0 and column 0 of the stored pixe
 
 import io
 import struct
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -32,15 +32,29 @@ _UNREADABLE = (
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
-def orientation_of(data: bytes) -> int:
-    """Return how a photograph's pixels are to be turned, 1 to 8, by its header alone."""
+class JpegHeader(NamedTuple):
+    """What a JPEG says of itself: the sides as stored, and how they are to be turned, 1 to 8."""
+
+    width_px: int
+    height_px: int
+    orientation: int
+
+
+def jpeg_header(data: bytes) -> JpegHeader | None:
+    """Return a JPEG's header; None for other formats and for what cannot be read."""
     if not data.startswith(_JPEG):
-        return UPRIGHT
+        return None
     try:
         with Image.open(io.BytesIO(data), formats=("JPEG",)) as picture:
-            return of_picture(picture)
+            return JpegHeader(*picture.size, of_picture(picture))
     except _UNREADABLE:
-        return UPRIGHT
+        return None
+
+
+def orientation_of(data: bytes) -> int:
+    """Return how a photograph's pixels are to be turned, 1 to 8, by its header alone."""
+    header = jpeg_header(data)
+    return UPRIGHT if header is None else header.orientation
 
 
 def of_picture(picture: Image.Image) -> int:

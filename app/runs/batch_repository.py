@@ -81,6 +81,35 @@ def images_between(session: Session, run_id: int, start: int, stop: int) -> Sequ
     ).all()
 
 
+def unseen(
+    session: Session,
+    run_id: int,
+    start: int,
+    stop: int,
+    *,
+    model_sha256: str,
+    settings_sha256: str,
+) -> Sequence[str]:
+    """Return what is still to be looked at of some positions of a run, by content, in order."""
+    is_known = sa.exists().where(
+        DetectionSet.image_sha256 == Image.sha256,
+        DetectionSet.model_sha256 == model_sha256,
+        DetectionSet.settings_sha256 == settings_sha256,
+    )
+    return session.scalars(
+        sa.select(Image.sha256)
+        .join(RunImage, RunImage.image_id == Image.id)
+        .where(
+            RunImage.run_id == run_id,
+            RunImage.position >= start,
+            RunImage.position < stop,
+            RunImage.done_at.is_(None),
+            ~is_known,
+        )
+        .order_by(RunImage.position)
+    ).all()
+
+
 def known_detections(
     session: Session, image_sha256s: Sequence[str], model_sha256: str, settings_sha256: str
 ) -> Mapping[str, DetectionSet]:

@@ -61,6 +61,7 @@ def start_run(
     name: Annotated[str, Form(max_length=200)] = "",
     matching: Annotated[str, Form()] = "",
     track_method: Annotated[str, Form()] = "",
+    decoding_divisor: Annotated[str, Form()] = "",
     score_threshold: Annotated[str, Form()] = "",
     maximum_cost: Annotated[str, Form()] = "",
 ) -> Response:
@@ -68,6 +69,7 @@ def start_run(
     entered = {
         "matching": matching,
         "track_method": track_method,
+        "decoding_divisor": decoding_divisor,
         "score_threshold": score_threshold,
         "maximum_cost": maximum_cost,
     }

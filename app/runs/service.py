@@ -6,7 +6,7 @@ of images. So it can be explained later, and taken over by another worker at any
 
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any
 
@@ -14,7 +14,8 @@ from sqlalchemy.orm import Session
 
 from app import __version__
 from app.db import find, now
-from app.domain.fusion_settings import Preset
+from app.domain.detection import DetectionSettings
+from app.domain.fusion_settings import FusionSettings, Preset
 from app.errors import Conflict, FieldError, Invalid, NotFound
 from app.jobs import JobClient, JobQueue
 from app.learning.service import learnt_settings
@@ -67,7 +68,8 @@ def start_run(
 ) -> Run:
     """Store a run over all present images of a viewport and put its job into the queue.
 
-    Preset waterline takes what the site's reviews taught, where `parameters` say nothing else.
+    Preset waterline takes what the site's reviews taught, where `parameters` say nothing else, and
+    photographs are decoded smaller where the site's ground truth proves that it does no harm.
     Raises NotFound (viewport), Conflict (no registration, no image), Invalid (detector, preset,
     parameters).
     """
@@ -84,6 +86,8 @@ def start_run(
             f"(POST /api/v1/viewports/{viewport_id}/registrations with method pnp or given)"
         )
     model = ready_model(session, detector)
+    if "decoding_divisor" not in parameters:
+        settings = _decoded_as_proven(session, site_id, model, settings)
     run = Run(
         site_id=site_id,
         viewport_id=viewport_id,
@@ -100,6 +104,17 @@ def start_run(
         raise _not_ready("the viewport has no images yet: upload some first (POST /api/v1/images)")
     jobs.enqueue(session, RUN_JOB, run.id, queue=JobQueue.RUNS, job_id=run.workflow_id)
     return run
+
+
+def _decoded_as_proven(
+    session: Session, site_id: int, model: Model, settings: FusionSettings
+) -> FusionSettings:
+    """Let photographs be decoded smaller where the site's ground truth says it does no harm."""
+    from app.evaluation.decoding import proven_divisor  # noqa: PLC0415  figures ask about runs
+
+    asked = DetectionSettings(settings.score_threshold, settings.nms_iou, settings.class_ids)
+    divisor = proven_divisor(session, site_id, model.sha256, asked)
+    return replace(settings, decoding_divisor=divisor)
 
 
 def start_again(session: Session, jobs: JobClient, run: Run, *, user_id: int | None = None) -> Run:

@@ -45,8 +45,19 @@ TRACK_METHODS = {
     TrackMethod.CTRV_DAMPED: "along the course, which turns on for a while",
     TrackMethod.HERMITE: "between the reports before and after",
 }
-CHOICES: dict[str, Mapping[Any, str]] = {"matching": MATCHINGS, "track_method": TRACK_METHODS}
+DECODINGS = {
+    1: "in full",
+    2: "at half of their sides, where enough is left",
+    4: "at a quarter of their sides, where enough is left",
+    8: "at an eighth of their sides, where enough is left",
+}
+CHOICES: dict[str, Mapping[Any, str]] = {
+    "matching": MATCHINGS,
+    "track_method": TRACK_METHODS,
+    "decoding_divisor": DECODINGS,
+}
 OWN = "the estimator's own"
+PROVEN = "in full, or smaller where the site's ground truth proves it harmless"
 
 SETTINGS: dict[str, SettingWords] = {
     "matching": SettingWords(
@@ -60,6 +71,11 @@ SETTINGS: dict[str, SettingWords] = {
     ),
     "class_ids": SettingWords(
         "Classes", " (COCO)", "The detector's classes that count as vessels; 8 is boat."
+    ),
+    "decoding_divisor": SettingWords(
+        "Photographs are decoded",
+        "",
+        "Smaller is faster and may change boxes: see AP beside whole ones in the detector table.",
     ),
     "border_tolerance_px": SettingWords(
         "Border", " px", "A box this near to the image's border counts as cut by it."
@@ -124,23 +140,25 @@ def shown(parameters: Mapping[str, Any]) -> list[ShownSetting]:
 
 def choices(name: str) -> list[tuple[str, str]]:
     """Return what may be chosen for a setting; the empty choice comes first."""
-    return [("", OWN), *((one.value, text) for one, text in CHOICES[name].items())]
+    own = PROVEN if name == "decoding_divisor" else OWN
+    return [("", own), *((str(one), text) for one, text in CHOICES[name].items())]
 
 
 def described() -> str:
     """Return all settings with their defaults, as REST's documents tell them."""
     defaults = FusionSettings()
     lines = (
-        f"- `{name}` ({_default(getattr(defaults, name))}{words.unit}): {words.label}. {words.help}"
+        f"- `{name}` ({_default(name, defaults)}{words.unit}): {words.label}. {words.help}"
         for name, words in SETTINGS.items()
     )
     return "What shall differ from the preset's own settings:\n\n" + "\n".join(lines)
 
 
-def _default(value: object) -> str:
+def _default(name: str, defaults: FusionSettings) -> str:
+    value = getattr(defaults, name)
     if value is None or isinstance(value, MatchingMethod):
         return OWN
-    return _value("", value)
+    return _value(name, value)
 
 
 def _value(name: str, value: object) -> str:

@@ -19,6 +19,15 @@ class Detector(Protocol):
         """Return what the model takes and gives, as JSON for people to read."""
         ...
 
-    def detect(self, image_bgr: UInt8Array) -> list[Detection]:
-        """Return the vessels in an image (height, width, 3), BGR, by falling score."""
+    def decoding_divisor(self, image_px: tuple[int, int]) -> int:
+        """Return how much smaller an image (width, height) may be decoded: 1, 2, 4 or 8."""
+        ...
+
+    def detect(
+        self, image_bgr: UInt8Array, image_px: tuple[int, int] | None = None
+    ) -> list[Detection]:
+        """Return the vessels in an image (height, width, 3), BGR, by falling score.
+
+        Of a reduced image `image_px` is width and height of the whole one: boxes are in its pixels.
+        """
         ...

@@ -24,7 +24,15 @@ class ImportedDetections:
     settings_sha256 = IMPORTED_SETTINGS_SHA256
     signature: dict[str, object] = {}  # noqa: RUF012  never changed
 
-    def detect(self, image_bgr: UInt8Array) -> list[Detection]:  # noqa: ARG002  a Detector
+    def decoding_divisor(self, image_px: tuple[int, int]) -> int:  # noqa: ARG002  a Detector
+        """Return 1: nothing is decoded."""
+        return 1
+
+    def detect(
+        self,
+        image_bgr: UInt8Array,  # noqa: ARG002  a Detector
+        image_px: tuple[int, int] | None = None,  # noqa: ARG002  a Detector
+    ) -> list[Detection]:
         """Return nothing: all boxes there are stand in the database already."""
         return []
 
@@ -50,6 +58,7 @@ class DetectorPool:
             score_threshold=settings.score_threshold,
             nms_iou=settings.nms_iou,
             class_ids=settings.class_ids,
+            decoding_divisor=settings.decoding_divisor,
         )
         key = (model.sha256, model.family, detection.sha256)
         if key not in self._loaded:

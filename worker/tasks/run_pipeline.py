@@ -1,11 +1,11 @@
 """The main job: a run's images, batch by batch, from pixels and AIS reports to stored poses.
 
 A batch is one step: it reads, computes for all its images, and then writes all rows and the note
-that it is done in one transaction. A worker that dies inside a batch leaves no trace of it.
+that it is done in one transaction. A worker that dies inside a batch leaves no trace of it. While a
+batch is fused and stored, the detector looks at the images of the next one already.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Future
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import structlog
@@ -13,14 +13,12 @@ from sqlalchemy.orm import Session
 
 from app.config import Settings
 from app.db import Database
-from app.domain.arrays import UInt8Array
 from app.domain.camera import Camera
 from app.domain.detection import Detection
 from app.domain.fusion import FusionResult, SeenImage, fuse_series
 from app.domain.fusion_settings import FusionSettings
 from app.domain.geodesy import EnuFrame
 from app.domain.vessel_state import VesselState
-from app.errors import AppError
 from app.jobs import JobRunner
 from app.registration.service import camera_of
 from app.runs import batch_repository as batches
@@ -33,7 +31,7 @@ from app.tables.detection import Detection as DetectionRow
 from app.tables.detection import DetectionSet
 from app.tables.imagery import Image
 from app.tables.runs import RunStatus
-from worker.inference.ahead import DecodeAhead
+from worker.inference.ahead import DetectAhead, Looks, Unusable
 from worker.inference.detector import Detector
 from worker.inference.pool import DetectorPool
 from worker.tasks import check_clock
@@ -45,7 +43,7 @@ log = structlog.get_logger()
 
 @dataclass(frozen=True)
 class _Batch:
-    """All that is needed to compute the outcomes of some images."""
+    """All that is needed to compute the outcomes of some images; `next_sha256s` come after them."""
 
     images: Sequence[Image]
     states: Mapping[int, list[VesselState]]
@@ -56,6 +54,7 @@ class _Batch:
     detector: Detector
     model_sha256: str
     settings: FusionSettings
+    next_sha256s: Sequence[str]
 
     def is_to_be_detected(self, image: Image) -> bool:
         """Whether the detector has to look at an image."""
@@ -72,16 +71,22 @@ class RunPipeline:
     ) -> None:
         self._runner = runner
         self._database = database
-        self._ahead = DecodeAhead(storage)
+        self._ahead = DetectAhead(storage)
+        self._looks: dict[int, Looks] = {}
         self._images_per_step = settings.images_per_step
         self._detectors = DetectorPool(storage, settings)
 
     def do(self, run_id: int, first: int = 0) -> None:
         """Do a run from its first image that is not done to its end; before `first` all are."""
         plan = self._runner.step("begin", self._begin, run_id)
-        for start in range(first, plan["images"], plan["images_per_step"]):
-            stop = start + plan["images_per_step"]
-            self._runner.step("images", self._do_images, run_id, start, stop)
+        looks = self._looks[run_id] = Looks()
+        try:
+            for start in range(first, plan["images"], plan["images_per_step"]):
+                stop = start + plan["images_per_step"]
+                self._runner.step("images", self._do_images, run_id, start, stop)
+        finally:
+            looks.give_up()
+            del self._looks[run_id]
         self._runner.step("finish", self._finish, run_id, first)
 
     def fail(self, reason: str, run_id: int, _first: int = 0) -> None:
@@ -105,9 +110,11 @@ class RunPipeline:
 
     def _do_images(self, run_id: int, start: int, stop: int) -> int:
         batch = self._read(run_id, start, stop)
-        unknown = (image.sha256 for image in batch.images if batch.is_to_be_detected(image))
-        pixels = self._ahead.pixels_of(unknown)
-        outcomes = _outcomes(batch, pixels)
+        looks = self._looks[run_id]
+        unseen = [image.sha256 for image in batch.images if batch.is_to_be_detected(image)]
+        looks.keep({*unseen, *batch.next_sha256s})
+        self._ahead.begin(looks, batch.detector, [*unseen, *batch.next_sha256s])
+        outcomes = _outcomes(batch, looks)
         batches.store(
             self._runner.session(),
             run_id,
@@ -148,15 +155,23 @@ class RunPipeline:
                 detector=detector,
                 model_sha256=context.model.sha256,
                 settings=settings,
+                next_sha256s=batches.unseen(
+                    session,
+                    run_id,
+                    stop,
+                    2 * stop - start,
+                    model_sha256=context.model.sha256,
+                    settings_sha256=detector.settings_sha256,
+                ),
             )
 
 
-def _outcomes(batch: _Batch, pixels: Iterator[Future[UInt8Array]]) -> list[ImageOutcome]:
+def _outcomes(batch: _Batch, looks: Looks) -> list[ImageOutcome]:
     """Detect in all images first: vessels of one while are fused together."""
     found: dict[int, list[Detection]] = {}
     unusable: dict[int, ImageOutcome] = {}
     for image in batch.images:
-        boxes = _boxes(batch, image, pixels)
+        boxes = _boxes(batch, image, looks)
         if isinstance(boxes, ImageOutcome):
             unusable[image.id] = boxes
         else:
@@ -183,22 +198,19 @@ def _outcomes(batch: _Batch, pixels: Iterator[Future[UInt8Array]]) -> list[Image
     ]
 
 
-def _boxes(
-    batch: _Batch, image: Image, pixels: Iterator[Future[UInt8Array]]
-) -> list[Detection] | ImageOutcome:
+def _boxes(batch: _Batch, image: Image, looks: Looks) -> list[Detection] | ImageOutcome:
     """Return an image's detections, or its outcome when it cannot be looked at."""
     if image.deleted_at is not None:
         return _unusable(image, "the image was deleted before its turn came")
     known = batch.known.get(image.sha256)
     if known is not None:
         return [_box(row) for row in known.detections]
-    try:
-        decoded = next(pixels).result()
-    except (AppError, ValueError) as error:
+    found = looks.of(image.sha256)
+    if isinstance(found, Unusable):
         # One bad file among thousands is told by name; a broken detector ends the run.
-        log.warning("image not usable", image_id=image.id, error=str(error))
-        return _unusable(image, str(error))
-    return batch.detector.detect(decoded)
+        log.warning("image not usable", image_id=image.id, error=found.reason)
+        return _unusable(image, found.reason)
+    return found
 
 
 def _fused(

@@ -17,6 +17,7 @@ from app.domain.arrays import FloatArray, UInt8Array
 from app.domain.class_numbers import ClassNumbers, numbers_of
 from app.domain.detection import Detection, DetectionSettings
 from app.domain.placement import Colours, Placement
+from app.domain.reduced_decoding import divisor_for
 from app.domain.selection import vessels_of
 from worker.inference.session import ModelRefusedError, OnnxSession
 from worker.inference.tensors import ImageInput
@@ -85,10 +86,18 @@ class ExportedDetector(ABC):
             "coco_ids": self.classes.are_coco_ids,
         }
 
-    def detect(self, image_bgr: UInt8Array) -> list[Detection]:
+    def decoding_divisor(self, image_px: tuple[int, int]) -> int:
+        """Return how much smaller an image (width, height) may be decoded."""
+        placement = self._place(image_px)
+        needed_px = placement.scaled_width_px, placement.scaled_height_px
+        return divisor_for(image_px, needed_px, self.settings.decoding_divisor)
+
+    def detect(
+        self, image_bgr: UInt8Array, image_px: tuple[int, int] | None = None
+    ) -> list[Detection]:
         """Return the vessels in an image (height, width, 3), BGR, by falling score."""
-        height_px, width_px = image_bgr.shape[:2]
-        placement = self._place((width_px, height_px))
+        size = image_px or (image_bgr.shape[1], image_bgr.shape[0])
+        placement = self._place(size)
         feeds = {self.image.name: self.image.feed(placement.tensor(image_bgr, self._colours))}
         outputs = self.session.answers(
             self._output_names, {**feeds, **self._other_inputs(placement)}
@@ -105,7 +114,7 @@ class ExportedDetector(ABC):
             answers.scores,
             self.classes.class_ids(answers.labels),
             self.settings,
-            (width_px, height_px),
+            size,
             suppressing=self.suppressing,
         )
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from app.domain.arrays import UInt8Array
 from app.domain.detection import COCO_BOAT, Detection, DetectionSettings
 from app.domain.letterbox import Letterbox
+from app.domain.reduced_decoding import divisor_for
 from app.domain.yolox import STRIDES, cell_count, class_count, detections_of
 from worker.inference.families.exported import class_names_of
 from worker.inference.session import ModelRefusedError, OnnxSession, TensorSignature
@@ -68,16 +69,26 @@ class YoloxDetector:
             "class_names": self._model.class_names,
         }
 
-    def detect(self, image_bgr: UInt8Array) -> list[Detection]:
+    def decoding_divisor(self, image_px: tuple[int, int]) -> int:
+        """Return how much smaller an image (width, height) may be decoded."""
+        return divisor_for(
+            image_px, self._letterbox(image_px).scaled_px, self._settings.decoding_divisor
+        )
+
+    def detect(
+        self, image_bgr: UInt8Array, image_px: tuple[int, int] | None = None
+    ) -> list[Detection]:
         """Return the vessels in an image (height, width, 3), BGR, by falling score."""
-        height_px, width_px = image_bgr.shape[:2]
-        letterbox = Letterbox(width_px, height_px, self._model.width_px, self._model.height_px)
+        letterbox = self._letterbox(image_px or (image_bgr.shape[1], image_bgr.shape[0]))
         output = self._session.run(letterbox.tensor(image_bgr))
         expected = (1, cell_count(self._model.width_px, self._model.height_px))
         if output.shape[:2] != expected or class_count(output.shape[-1]) != self._model.class_count:
             message = f"the model's output has shape {list(output.shape)}, not the one it declared"
             raise ModelRefusedError(message)
         return detections_of(output[0], letterbox, self._settings)
+
+    def _letterbox(self, image_px: tuple[int, int]) -> Letterbox:
+        return Letterbox(*image_px, self._model.width_px, self._model.height_px)
 
 
 def fits(session: OnnxSession) -> bool:
