@@ -8,7 +8,7 @@ turns, because a machine's speed drifts by the minute. A run decodes and detects
 storing, so it needs a second core to keep up by the clock; CPU time says what it costs where other
 programs want the cores too. Runs are done with whole photographs, with photographs decoded
 smaller, and over images whose detections are known, which shows what fusing again costs.
-`quaymark bench pipeline` does 60 images in 3 rounds; IMAGES and ROUNDS in the environment do others.
+`quaymark bench pipeline` does 60 images in 3 rounds; the environment may say other IMAGES, ROUNDS.
 """
 
 import os

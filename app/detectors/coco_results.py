@@ -15,6 +15,7 @@ Whatever else is in the file is ignored and counted.
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -26,6 +27,7 @@ _ONLY_CATEGORIES = frozenset({0, 1, COCO_BOAT})
 _VESSEL_NAMES = frozenset({"boat", "ship", "vessel", "watercraft"})
 _LARGEST_ID = 2**63 - 1
 _LARGEST_PX = 1e9
+_ROUNDING = 1e-6  # a softmax in single precision may end beyond 1
 
 ImageKey = int | str
 """An image by our id or by its file name."""
@@ -122,7 +124,7 @@ def _vessel_categories(entries: Sequence[Any], named: object) -> dict[int, int]:
         if vessels:
             return vessels
     values = (entry.get("category_id") for entry in entries if isinstance(entry, dict))
-    used: set[int] = {value for value in values if isinstance(value, int)}
+    used = {int(value) for value in values if isinstance(value, int | float) and isfinite(value)}
     if COCO_BOAT_CATEGORY in used or not used:
         return {COCO_BOAT_CATEGORY: COCO_BOAT}
     if len(used) == 1 and used <= _ONLY_CATEGORIES:
@@ -155,8 +157,9 @@ def _box(entry: Mapping[str, Any], index: int, image: ImageKey, class_id: int) -
     if width_px <= 0 or height_px <= 0:
         raise Invalid.field(f"[{index}].bbox", "width and height must be positive")
     score = _number(entry.get("score"))
-    if score is None or not 0 <= score <= 1:
+    if score is None or not -_ROUNDING <= score <= 1 + _ROUNDING:
         raise Invalid.field(f"[{index}].score", "give a number between 0 and 1")
+    score = min(max(score, 0.0), 1.0)
     return ResultBox(index, image, x_px, y_px, x_px + width_px, y_px + height_px, score, class_id)
 
 
@@ -171,6 +174,9 @@ def _whole(entry: Any, index: int, field: str, of: str = "") -> int:  # noqa: AN
     if not isinstance(entry, dict):
         raise Invalid.field(f"{of}[{index}]", "wanted is an object")
     value = entry.get(field)
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)  # tables with gaps make floats of ids
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= _LARGEST_ID:
-        raise Invalid.field(f"{of}[{index}].{field}", "give a whole number from 0 on")
+        quoted = ", without quotes" if isinstance(value, str) else ""
+        raise Invalid.field(f"{of}[{index}].{field}", f"give a whole number from 0 on{quoted}")
     return value

@@ -239,6 +239,8 @@ def _by_name(
 
 def _which(key: ImageKey, count: int, camera_id: int | None) -> str:
     where = "" if camera_id is None else f" of camera {camera_id}"
+    if count == 0 and isinstance(key, str) and key.isdecimal():
+        return f"there is no file {key!r}{where}; if that is an id, give it without quotes"
     if count == 0:
         return (
             f"there is no image {key!r}{where}; "
