@@ -1,4 +1,4 @@
-"""Detectors kept loaded between batches: opening a model takes longer than using it once."""
+"""Models kept loaded between batches: opening one takes longer than using it many times."""
 
 import tempfile
 from pathlib import Path
@@ -12,8 +12,8 @@ from app.errors import NotFound
 from app.storage import Storage
 from app.tables.detection import Model
 from worker.inference.detector import Detector
-from worker.inference.families import open_detector
-from worker.inference.session import SessionSettings
+from worker.inference.families import detector_of, open_session
+from worker.inference.session import OnnxSession, SessionSettings
 
 MOST_LOADED = 2
 
@@ -38,14 +38,14 @@ class ImportedDetections:
 
 
 class DetectorPool:
-    """The last few detectors, by model and settings."""
+    """The last few models, whatever they are asked to find."""
 
     def __init__(self, storage: Storage, settings: Settings) -> None:
         self._storage = storage
         self._session_settings = SessionSettings(
             threads=settings.detector_threads, providers=tuple(settings.detector_providers)
         )
-        self._loaded: dict[tuple[str, str, str], Detector] = {}
+        self._loaded: dict[str, OnnxSession] = {}
 
     def get(self, model: Model, settings: FusionSettings) -> Detector:
         """Return a model's detector.
@@ -60,22 +60,21 @@ class DetectorPool:
             class_ids=settings.class_ids,
             decoding_divisor=settings.decoding_divisor,
         )
-        key = (model.sha256, model.family, detection.sha256)
-        if key not in self._loaded:
+        if model.sha256 not in self._loaded:
             while len(self._loaded) >= MOST_LOADED:
                 self._loaded.pop(next(iter(self._loaded)))
-            self._loaded[key] = self._open(model, detection)
-        return self._loaded[key]
+            self._loaded[model.sha256] = self._open(model)
+        return detector_of(self._loaded[model.sha256], model.family, detection)
 
-    def _open(self, model: Model, detection: DetectionSettings) -> Detector:
+    def _open(self, model: Model) -> OnnxSession:
         if not self._storage.exists(model.sha256):
             raise NotFound(
                 f"the file of the detector {model.name!r} is gone from the store; add it again"
             )
         path = self._storage.local_path(model.sha256)
         if path is not None:
-            return open_detector(path, model.family, detection, self._session_settings)
+            return open_session(path, self._session_settings)
         with tempfile.TemporaryDirectory() as folder:
             copy = Path(folder) / "model.onnx"
             copy.write_bytes(self._storage.read(model.sha256))
-            return open_detector(copy, model.family, detection, self._session_settings)
+            return open_session(copy, self._session_settings)

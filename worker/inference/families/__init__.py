@@ -55,9 +55,24 @@ def open_detector(
     if family not in FAMILIES and family != AUTO:
         message = f"there is no detector family {family!r}; there are {', '.join(FAMILIES)}"
         raise ModelRefusedError(message)
-    session = OnnxSession(path, session_settings)
+    return detector_of(open_session(path, session_settings), family, settings)
+
+
+def open_session(path: Path, settings: SessionSettings) -> OnnxSession:
+    """Load a model file. Raises ModelRefusedError when it does not load."""
+    session = OnnxSession(path, settings)
     if session.unused_providers:
         log.warning("providers do not take this model", providers=session.unused_providers)
+    return session
+
+
+def detector_of(session: OnnxSession, family: str, settings: DetectionSettings) -> Detector:
+    """Return a loaded model as a detector of a family, or of the one that it shows itself.
+
+    Raises:
+        ModelRefusedError: the model's inputs or outputs do not fit the family.
+
+    """
     if family == AUTO:
         family = recognised(session)
     if end_to_end.signature_of(session) is not None:
