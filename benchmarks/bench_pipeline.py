@@ -6,8 +6,9 @@ model with as many threads, with the same memory and thread settings as the work
 libraries' defaults it is the slower of the two), and as patiently (workers are nice). They take
 turns, because a machine's speed drifts by the minute. A run decodes and detects beside fusing and
 storing, so it needs a second core to keep up by the clock; CPU time says what it costs where other
-programs want the cores too, less what the worker takes for looking for work meanwhile. Runs are done with whole photographs, with photographs decoded
-smaller, and over images whose detections are known, which shows what fusing again costs.
+programs want the cores too, less what the worker takes for looking for work meanwhile. Runs are
+done with whole photographs, with photographs decoded smaller, and over images whose detections are
+known, which shows what fusing again costs.
 `quaymark bench pipeline` does 60 images in 3 rounds; the environment may say other IMAGES, ROUNDS.
 """
 

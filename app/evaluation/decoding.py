@@ -13,9 +13,9 @@ from sqlalchemy.orm import Session
 from app.domain.average_precision import Size
 from app.domain.detection import DetectionSettings
 from app.domain.reduced_decoding import DIVISORS
-from app.evaluation import detector_repository as repository
+from app.evaluation import found_repository as repository
 from app.evaluation.detector_figures import figures_on
-from app.evaluation.detector_repository import FoundSet, TrueImage
+from app.evaluation.found_repository import FoundSet, TrueImage
 
 LARGEST_CHANGE = 0.002
 LEAST_BOXES = 100

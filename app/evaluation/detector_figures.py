@@ -27,8 +27,8 @@ from app.domain.average_precision import (
     precision_at_recall,
 )
 from app.domain.average_precision_interval import PrecisionIntervals, precision_intervals
-from app.evaluation import detector_repository as repository
-from app.evaluation.detector_repository import FoundSet, TrueImage
+from app.evaluation import found_repository as repository
+from app.evaluation.found_repository import FoundSet, TrueImage
 from app.evaluation.kept import Kept
 from app.tables.groundtruth import VesselClass
 

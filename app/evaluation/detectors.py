@@ -13,9 +13,10 @@ from app.detectors.service import IMPORTED_FAMILY
 from app.domain.average_precision import Size
 from app.domain.detection import DetectionSettings
 from app.evaluation import detector_repository as repository
+from app.evaluation import found_repository
 from app.evaluation.decoding import DecodingChange, decoding_change
 from app.evaluation.detector_figures import FiguresOn, figures_on
-from app.evaluation.detector_repository import FoundSet, TrueImage
+from app.evaluation.found_repository import FoundSet, TrueImage
 from app.evaluation.selection import Selection
 from app.tables.detection import Model
 from app.tables.groundtruth import VesselClass
@@ -57,7 +58,7 @@ def detector_table(
     images = repository.images(session, chosen, file_id)
     models = repository.models(session)
     only = next((sha256 for sha256, one in models.items() if one.id == model_id), "")
-    sets = repository.sets(session, images, only if model_id is not None else None)
+    sets = found_repository.sets(session, images, only if model_id is not None else None)
     by_detector: dict[tuple[str, str], list[FoundSet]] = {}
     for found in sets:
         by_detector.setdefault((found.model_sha256, found.settings_sha256), []).append(found)
