@@ -13,6 +13,7 @@ from enum import StrEnum
 from itertools import islice
 from typing import IO
 
+from app.ais.plain_text import plain_text
 from app.domain.accounting import Accounting
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.ais_csv import CsvDecoder, CsvHeaderError
@@ -44,8 +45,6 @@ _BINARY_KINDS = (
     (b"\xfd7zXZ", "xz data"),
     (b"\x28\xb5\x2f\xfd", "Zstandard data, which has to be unpacked first"),
     (b"PAR1", "a Parquet file"),
-    (b"\xff\xfe", "UTF-16 text"),
-    (b"\xfe\xff", "UTF-16 text"),
 )
 WANTED = (
     "wanted are lines with !AIVDM or !AIVDO sentences, lines of JSON, or a table with the columns "
@@ -102,7 +101,8 @@ class Part:
         stream.seek(0)
         self.is_gzip = stream.read(2) == _GZIP
         stream.seek(0)
-        self._chunks = allowance.charged(self._unpacked(stream) if self.is_gzip else _plain(stream))
+        chunks = self._unpacked(stream) if self.is_gzip else _plain(stream)
+        self._chunks = plain_text(allowance.charged(chunks))
         self._first_chunk = next(self._chunks, b"")
         self.kind = self._recognised(self._first_chunk)
         self._decoder: NmeaDecoder | JsonDecoder | CsvDecoder
@@ -219,7 +219,8 @@ def _binary_kind(head: bytes) -> str:
     if head[257:262] == b"ustar":
         return "a tar archive"
     kind = next((kind for magic, kind in _BINARY_KINDS if head.startswith(magic)), "")
-    return kind or ("binary data" if head.count(0) > _MOST_NULS * len(head) else "")
+    text = head.rstrip(b"\0")  # what a logger set aside and did not fill
+    return kind or ("binary data" if text.count(0) >= max(1, _MOST_NULS * len(text)) else "")
 
 
 def _text(line: bytes) -> str:

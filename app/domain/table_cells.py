@@ -9,7 +9,7 @@ ship.
 import math
 import re
 from collections.abc import Mapping
-from datetime import UTC, datetime, tzinfo
+from datetime import UTC, datetime, timedelta, timezone, tzinfo
 from zoneinfo import ZoneInfo
 
 from app.domain.accounting import MessageReject
@@ -21,7 +21,7 @@ Cells = Mapping[str, str]
 _SHOWN = 40
 _DATE = re.compile(
     r"(\d{1,2})[./-](\d{1,2})[./-](\d{4})(?:[ T,]+(\d{1,2}):(\d\d)(?::(\d\d)(?:[.,](\d{1,6})\d*)?)?"
-    r" ?([AaPp][Mm])?)? ?(Z|UTC)?"
+    r" ?([AaPp][Mm])?)? ?(?:(Z|UTC)|([+-]\d\d):?(\d\d))?"
 )
 _COMPACT = re.compile(r"(\d{4})(\d\d)(\d\d)[ T_-]?(\d\d)(\d\d)(\d\d)(?:[.,](\d{1,6})\d*)?(Z)?")
 _EXAMPLES = {
@@ -159,8 +159,16 @@ def _date(text: str, *, day_first: bool) -> datetime:
         int(match[5] or 0),
         int(match[6] or 0),
         int((match[7] or "0").ljust(6, "0")),
-        tzinfo=UTC if match[9] else None,
+        tzinfo=_zone(match[9], match[10], match[11]),
     )
+
+
+def _zone(utc: str | None, hours: str | None, minutes: str | None) -> tzinfo | None:
+    """Return the zone that stands behind a time, None without one."""
+    if hours is None:
+        return UTC if utc else None
+    offset = timedelta(hours=abs(int(hours)), minutes=int(minutes or 0))
+    return timezone(-offset if hours.startswith("-") else offset)
 
 
 def _compact(text: str) -> datetime:

@@ -123,8 +123,6 @@ class TableMapping:
         )
         if is_whole and mapping.missing:
             raise MappingError("columns", f"say which column holds {', '.join(mapping.missing)}")
-        if mapping.decimal == mapping.delimiter:
-            raise MappingError("decimal", "commas cannot both part the columns and the decimals")
         return mapping
 
 

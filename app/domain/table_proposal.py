@@ -23,8 +23,13 @@ _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 _DECIMAL = re.compile(r"-?\d{1,3}[.,]\d+")
 _DECIMAL_COMMA = re.compile(r"-?\d+,\d+")
 _PARTS_OF_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-]\d{4}(.*)")
+_SEPARATOR = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 _FOURTEEN = re.compile(r"\d{14}(?:\.\d+)?Z?|\d{8}[ T_-]\d{6}Z?")
 DANISH = "Danish Maritime Authority"  # writes the day first, always
+_SIDES_DOUBT = (
+    "C is read as the distance to port and D to starboard, as AIS has them; the archive's own "
+    "description says the opposite. Swap them if a ship's antenna is known to be on the other side."
+)
 _KINDS = (
     ({"timestamp", "type of mobile"}, DANISH),
     ({"basedatetime"}, "MarineCadastre"),
@@ -51,9 +56,9 @@ def split_row(line: str, delimiter: str) -> list[str]:
 
 
 def is_comment(line: str) -> bool:
-    """Whether a line of a table holds no row: blank, or a remark behind `#`."""
+    """Whether a line of a table holds no row: blank, a remark behind `#`, or Excel's `sep=;`."""
     start = line.lstrip("\ufeff \t")
-    return not start.strip() or start.startswith("#")
+    return not start.strip() or start.startswith("#") or bool(_SEPARATOR.fullmatch(start.strip()))
 
 
 def is_header(line: str) -> bool:
@@ -94,11 +99,13 @@ def propose(lines: Sequence[str], delimiter: str | None = None) -> Proposal:
     columns = meanings(header) if header else _plain_order(rows)
     columns |= _by_values(columns, rows, header, doubts)
     kind = _kind(header)
+    if kind == DANISH and "to_starboard" in columns:
+        doubts.append(_SIDES_DOUBT)
     mapping = TableMapping(
         columns,
         has_header=bool(header),
         delimiter=delimiter,
-        decimal="," if delimiter != "," and _has_commas(columns, rows) else ".",
+        decimal="," if _has_commas(columns, rows) else ".",  # parted by commas, they are quoted
         time_format=_time_format(columns, rows, [] if kind == DANISH else doubts),
         speed_unit=speed_unit(header, columns.get("sog") if header else None),
     )

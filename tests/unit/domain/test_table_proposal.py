@@ -67,6 +67,8 @@ def test_the_danish_archive(*, has_distances: bool) -> None:
     assert hull.is_centred != has_distances
     assert decoder.accounting.messages.rejected == {MessageReject.MMSI_KIND: 1}
     assert propose(lines).kind == "Danish Maritime Authority"
+    # The archive's own description swaps them, so whoever imports is told.
+    assert bool(propose(lines).doubts) == has_distances
 
 
 def test_a_real_file_of_marinecadastre(shared_dir: Path) -> None:
@@ -133,6 +135,20 @@ def test_ways_to_write_a_time(time: str, wanted: TimeFormat, *, is_doubted: bool
     assert position.fix_time.minute == 5
 
 
+def test_a_spreadsheet_that_says_its_separator() -> None:
+    """Excel's first line `sep=;` is no row; a zone behind a date with the day first counts."""
+    row = "211000001;31.05.2024 16:00:06 +0200;53,54;9,98"
+    (position,), _, decoder = decode("\ufeffsep=;", "MMSI;Zeit;Breite;Länge", row)
+    assert position.fix_time == datetime(2024, 5, 31, 14, 0, 6, tzinfo=UTC)
+    assert (decoder.accounting.lines.other, decoder.accounting.lines.sentence) == (2, 1)
+
+
+def test_decimal_commas_between_commas() -> None:
+    """Where commas part the columns, quoted decimal commas are decimals."""
+    (position,), _, _ = decode("mmsi,time,lat,lon", '211000001,2024-05-31T14:00:06Z,"53,54","9,98"')
+    assert (position.lat_deg, position.lon_deg) == (53.54, 9.98)
+
+
 def test_names_that_say_nothing() -> None:
     """Values tell the required columns then; the proposal says what it guessed."""
     lines = ["q,w,e,r", "2024-05-01T12:00:00Z,211000001,53.5,9.98"]
@@ -167,7 +183,7 @@ def test_a_mapping_somebody_gave() -> None:
         ({"columns": {"mmsi": 0, "time": 1, "lat": 2, "lon": 3, "colour": 4}}, "columns"),
         ({"columns": [1]}, "columns"),
         ({"delimiter": "x"}, "delimiter"),
-        ({"decimal": ","}, "decimal"),
+        ({"decimal": "'"}, "decimal"),
         ({"time_format": "soon"}, "time_format"),
         ({"timezone": "../etc/passwd"}, "timezone"),
         ({"speed_unit": 3}, "speed_unit"),
