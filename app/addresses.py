@@ -21,11 +21,16 @@ _NEVER_MEANT = tuple(
     ip_network(network)
     for network in ("192.88.99.0/24", "168.63.129.16/32", "fec0::/10", "64:ff9b:1::/48")
 )
+_UNANSWERED = (socket.EAI_AGAIN, socket.EAI_FAIL, socket.EAI_SYSTEM)
 _NAT64 = ip_network("64:ff9b::/96")
 
 
 class AddressError(ValueError):
     """An address that cannot be used; the message says why, and what to do."""
+
+
+class UnansweredError(AddressError):
+    """A name of which nobody could be asked just now; the name may well be right."""
 
 
 class ForbiddenAddressError(AddressError):
@@ -55,18 +60,28 @@ def check_host(host: str) -> str:
 
 
 def resolve(host: str, port: int, allowed_networks: Sequence[str]) -> Destination:
-    """Resolve a host once and return an address that may be connected to.
+    """Resolve a host once and return an address that may be connected to; see `resolve_all`."""
+    return resolve_all(host, port, allowed_networks)[0]
 
-    Raises ForbiddenAddressError if any of its addresses lies inside and is in no allowed network,
-    AddressError if it has none. Asks the name server: not for the middle of a transaction.
+
+def resolve_all(host: str, port: int, allowed_networks: Sequence[str]) -> list[Destination]:
+    """Resolve a host once and return its addresses, which may be connected to, the best first.
+
+    Raises ForbiddenAddressError if any of them lies inside and is in no allowed network,
+    UnansweredError if no name server answers, AddressError if there is none. Takes as long as name
+    servers do: not for the middle of a transaction.
     """
     try:
         found = socket.getaddrinfo(check_host(host), port, type=socket.SOCK_STREAM)
     except (OSError, UnicodeError) as error:
+        if isinstance(error, socket.gaierror) and error.errno in _UNANSWERED:
+            raise UnansweredError(
+                f"no name server answers for {host}; check its spelling and this machine's network"
+            ) from error
         raise AddressError(f"no address is known for {host}; check its spelling") from error
     addresses = list(dict.fromkeys(str(entry[4][0]) for entry in found))
     judge(addresses, allowed_networks)
-    return Destination(addresses[0], port)
+    return [Destination(address, port) for address in addresses]
 
 
 def judge(addresses: Iterable[str], allowed_networks: Sequence[str]) -> None:

@@ -59,8 +59,11 @@ class LineQueue:
     def put(self, arrival: datetime, lines: Sequence[bytes]) -> None:
         """Append lines that came at a moment, up to the first for which there is no room.
 
-        Dropping the rest costs nothing a line, or a flood would starve who empties the queue.
+        Dropping the rest costs nothing a line, or a flood would starve who empties the queue; nor
+        does a stream that comes byte by byte wake it before there is a line.
         """
+        if not lines:
+            return
         with self._changed:
             room = self._most_lines - len(self._lines)
             kept = 0

@@ -17,12 +17,13 @@ from ipaddress import ip_address, ip_network
 
 import structlog
 
-from app.addresses import AddressError, ForbiddenAddressError, resolve
+from app.addresses import AddressError, Destination, ForbiddenAddressError
 from app.config import Settings
 from app.db import now
 from app.tables.feeds import FeedCondition
 from worker.feeds.line_queue import LineCutter, LineQueue
 from worker.feeds.link import Link
+from worker.feeds.names import NamedPlace
 
 log = structlog.get_logger()
 FIRST_PAUSE_S = 0.5
@@ -37,9 +38,10 @@ class TcpSource:
     """Connects to a receiver or a server that sends lines."""
 
     def __init__(self, host: str, port: int, settings: Settings) -> None:
-        self._host = host
-        self._port = port
         self._settings = settings
+        self._place = NamedPlace(
+            host, port, settings.feed_allowed_networks, settings.feed_connect_timeout_s
+        )
 
     def run(self, queue: LineQueue, link: Link, stop: threading.Event) -> None:
         """Receive until told to stop."""
@@ -47,7 +49,8 @@ class TcpSource:
         while not stop.is_set():
             received = False
             try:
-                received = self._receive(queue, link, stop)
+                destination = self._place.destination(attempt=failures)
+                received = self._receive(destination, queue, link, stop)
             except ForbiddenAddressError as error:
                 link.failed(f"The address {error}.", FeedCondition.REFUSED)
             except AddressError as error:
@@ -57,10 +60,11 @@ class TcpSource:
             failures = 0 if received else failures + 1
             stop.wait(pause_s(failures, self._settings.feed_longest_retry_s))
 
-    def _receive(self, queue: LineQueue, link: Link, stop: threading.Event) -> bool:
+    def _receive(
+        self, destination: Destination, queue: LineQueue, link: Link, stop: threading.Event
+    ) -> bool:
         """Receive over one connection until it ends; return whether anything came."""
         settings = self._settings
-        destination = resolve(self._host, self._port, settings.feed_allowed_networks)
         cutter, received = LineCutter(), False
         with socket.create_connection(
             (destination.ip, destination.port), timeout=settings.feed_connect_timeout_s
