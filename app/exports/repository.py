@@ -127,13 +127,15 @@ def advance(session: Session, export_id: int, done: int, total: int) -> bool:
     return found is not None
 
 
-def cancel(session: Session, export_id: int, moment: datetime) -> None:
-    """Cancel an export unless it has ended."""
-    session.execute(
+def cancel(session: Session, export_id: int, moment: datetime) -> bool:
+    """Cancel an export; False when it has ended."""
+    found = session.scalar(
         sa.update(Export)
         .where(Export.id == export_id, Export.status.in_(UNDER_WAY))
         .values(status=ExportStatus.CANCELLED, finished_at=moment)
+        .returning(Export.id)
     )
+    return found is not None
 
 
 def id_of_job(session: Session, workflow_id: str) -> int | None:

@@ -118,8 +118,8 @@ def refuse_ended(export: Export) -> None:
 
 def mark_cancelled(session: Session, export_id: int) -> None:
     """Say that an export was cancelled, unless it has ended."""
-    repository.cancel(session, export_id, now())
-    _announce(session, export_id)
+    if repository.cancel(session, export_id, now()):
+        _announce(session, export_id)
 
 
 def begin(session: Session, export_id: int) -> None:
@@ -201,6 +201,13 @@ def _announce(session: Session, export_id: int) -> None:
     }
     of_sites = named or (None if export.site_ids is None else set(export.site_ids))
     announce(session, WebhookEvent.EXPORT_FINISHED, of_sites, data)
+
+
+def cancel_job(session: Session, workflow_id: str) -> None:
+    """Say that the export behind a stopped job was cancelled, unless it has ended."""
+    export_id = repository.id_of_job(session, workflow_id)
+    if export_id is not None:
+        mark_cancelled(session, export_id)
 
 
 def fail_job(session: Session, workflow_id: str, reason: str) -> None:

@@ -22,12 +22,13 @@ def reopen(session: Session, job_id: str) -> None:
 
 
 def close(session: Session, job_id: str) -> None:
-    """Say that what a job is about comes to nothing, because the job was cancelled."""
+    """Say that what a job is about comes to nothing, unless it has ended already."""
     for table in _tables_of_jobs():
         allowed = getattr(table.c.status.type, "enums", ())
         status = CANCELLED if CANCELLED in allowed else FAILED
         error = None if status == CANCELLED else "cancelled by an administrator"
-        _set(session, table, job_id, {"status": status, "error": error, "finished_at": now()})
+        values: dict[str, object] = {"status": status, "error": error, "finished_at": now()}
+        _set(session, table, job_id, values, open_only=True)
 
 
 def site_of(session: Session, job_id: str) -> int | None:
@@ -47,6 +48,16 @@ def _tables_of_jobs() -> Iterator[sa.Table]:
             yield table
 
 
-def _set(session: Session, table: sa.Table, job_id: str, values: dict[str, object]) -> None:
+def _set(
+    session: Session,
+    table: sa.Table,
+    job_id: str,
+    values: dict[str, object],
+    *,
+    open_only: bool = False,
+) -> None:
     known = {name: value for name, value in values.items() if name in table.c}
-    session.execute(sa.update(table).where(table.c.workflow_id == job_id).values(known))
+    statement = sa.update(table).where(table.c.workflow_id == job_id)
+    if open_only and "finished_at" in table.c:
+        statement = statement.where(table.c.finished_at.is_(None))
+    session.execute(statement.values(known))

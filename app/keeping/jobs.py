@@ -12,11 +12,13 @@ from app.auth.access import Access, Scope
 from app.auth.audit import record
 from app.db import Database
 from app.errors import Conflict, NotFound
+from app.exports import service as exports
 from app.job_tables import Job, JobStatus, forget_jobs, list_jobs
 from app.jobs import JobClient, JobQueue
 from app.keeping import job_repository
 from app.paging import Paging, encode_cursor
 from app.reregistration.service import REREGISTRATION_JOB
+from app.runs import service as runs
 from app.runs.service import RUN_JOB
 
 LONG_JOBS = frozenset({RUN_JOB, REREGISTRATION_JOB})
@@ -49,6 +51,8 @@ def cancel(database: Database, jobs: JobClient, access: Access, job_id: str) -> 
         return job
     jobs.cancel(job_id)  # the engine writes on a connection of its own: before any row here
     with database.writing() as session:
+        runs.cancel_job(session, job_id)
+        exports.cancel_job(session, job_id)
         job_repository.close(session, job_id)
         _note(session, access, "cancel", job)
     with database.reading() as session:

@@ -235,6 +235,11 @@ def image_errors(session: Session, run_id: int, limit: int = 20) -> Sequence[tup
     return [(name, reason or "") for name, reason in rows]
 
 
+def of_job(session: Session, workflow_id: str) -> Run | None:
+    """Return the run behind a job."""
+    return session.scalar(sa.select(Run).where(Run.workflow_id == workflow_id))
+
+
 def mark_cancelled(session: Session, run_id: int, at: datetime) -> bool:
     """Mark a run as cancelled; False when it has ended already."""
     cancelled = session.scalar(

@@ -316,6 +316,13 @@ def _rate_per_s(run: Run, done: int, last_done_at: datetime | None) -> float | N
     return done / max((last_done_at - run.started_at).total_seconds(), 1e-3)
 
 
+def cancel_job(session: Session, workflow_id: str) -> None:
+    """Mark the run behind a stopped job as cancelled, if there is one and it has not ended."""
+    run = repository.of_job(session, workflow_id)
+    if run is not None:
+        mark_cancelled(session, run)
+
+
 def mark_cancelled(session: Session, run: Run) -> bool:
     """Mark a run as cancelled; its job must have been stopped before. False if it has ended."""
     is_cancelled = repository.mark_cancelled(session, run.id, now())

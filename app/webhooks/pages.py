@@ -1,20 +1,24 @@
 """The page of a site's webhooks."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import RedirectResponse
 
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import DatabaseDep, SessionDep, SettingsDep
+from app.errors import Invalid
 from app.forms import ENTRY_ERRORS, Form, Submitted, parse, rejected
 from app.sites.actions import site_for
-from app.tables.webhooks import Webhook
+from app.tables.webhooks import Webhook, WebhookEvent
 from app.templating import page
 from app.webhooks import actions, service
 from app.webhooks.schemas import WebhookIn, WebhookPatch
 
 router = APIRouter()
+EVENT = "event-"  # a checkbox each; what is chosen comes under names of its own
+EVENTS = [(WebhookEvent.RUN_FINISHED, "Runs"), (WebhookEvent.EXPORT_FINISHED, "Exports")]
 Administrator = Annotated[Access, allowed(Scope.ADMIN)]
 
 
@@ -37,7 +41,7 @@ def add_webhook(
 ) -> Response:
     """Add a webhook and show its secret this once."""
     try:
-        data = parse(WebhookIn, entered)
+        data = parse(WebhookIn, _with_events(entered))
         actions.check_new(database, settings, access, site_id, data.url)
         with database.writing() as session:
             secret = actions.add(session, access, site_id, data).secret
@@ -47,6 +51,24 @@ def add_webhook(
             return _webhooks_page(request, session, access, site_id, form, status=error.status)
     with database.reading() as session:
         return _webhooks_page(request, session, access, site_id, Form(), secret=secret)
+
+
+@router.post("/webhooks/{webhook_id:int}/events")
+def choose_events(
+    request: Request,
+    webhook_id: int,
+    session: SessionDep,
+    access: Administrator,
+    entered: Submitted,
+) -> Response:
+    """Choose what a webhook hears of."""
+    webhook = actions.webhook_for(session, access, webhook_id)
+    try:
+        data = parse(WebhookPatch, {"events": _chosen(entered)})
+    except Invalid:
+        form = Form(message="Choose at least one event, or switch the webhook off.")
+        return _webhooks_page(request, session, access, webhook.site_id, form, status=422)
+    return _back(actions.update(session, access, webhook, data))
 
 
 @router.post("/webhooks/{webhook_id:int}/rotate")
@@ -96,6 +118,15 @@ def send_again(delivery_id: int, session: SessionDep, access: Administrator) -> 
     return _back(service.get_webhook(session, delivery.webhook_id))
 
 
+def _with_events(entered: Mapping[str, str]) -> dict[str, Any]:
+    others = {name: value for name, value in entered.items() if not name.startswith(EVENT)}
+    return {**others, "events": _chosen(entered)}
+
+
+def _chosen(entered: Mapping[str, str]) -> list[str]:
+    return [name.removeprefix(EVENT) for name in entered if name.startswith(EVENT)]
+
+
 def _switched(session: SessionDep, access: Access, webhook_id: int, *, enabled: bool) -> Response:
     webhook = actions.webhook_for(session, access, webhook_id)
     return _back(actions.update(session, access, webhook, WebhookPatch(enabled=enabled)))
@@ -128,4 +159,5 @@ def _webhooks_page(
         deliveries=service.newest_deliveries(session, webhooks),
         secret=secret,
         form=form,
+        events=EVENTS,
     )

@@ -10,6 +10,7 @@ from app.db import Database
 from app.jobs import JobClient, JobQueue
 from app.tables.identity import AuditEntry, Role
 from app.tables.runs import Run, RunStatus
+from app.tables.webhooks import WebhookDelivery, WebhookEvent
 from tests.factories.world import make_world
 from tests.integration.conftest import MakeUser
 
@@ -37,7 +38,7 @@ def status_of(database: Database, run_id: int) -> RunStatus:
 def test_a_job_is_cancelled_and_tried_again(
     client: TestClient, database: Database, run_id: int
 ) -> None:
-    """The run follows its job both ways, and both acts stand in the audit log."""
+    """The run follows its job both ways, is told to webhooks, and both acts are audited."""
     (job,) = client.get("/api/v1/jobs").json()["items"]
     assert (job["id"], job["status"], job["arguments"]) == ("job-1", "queued", [run_id])
     too_soon = client.post("/api/v1/jobs/job-1/retry")
@@ -51,7 +52,11 @@ def test_a_job_is_cancelled_and_tried_again(
         acts = session.scalars(
             sa.select(AuditEntry.action).where(AuditEntry.entity == "job").order_by(AuditEntry.id)
         ).all()
+        told = session.scalars(
+            sa.select(WebhookDelivery).where(WebhookDelivery.event == WebhookEvent.RUN_FINISHED)
+        ).all()
     assert acts == ["cancel", "retry"]
+    assert [delivery.content["data"]["status"] for delivery in told] == ["cancelled"]
 
 
 def test_the_page_of_jobs_is_for_administrators_of_all_sites(

@@ -20,7 +20,7 @@ from app.config import Settings
 from app.db import Database, now
 from app.exports import service as exports
 from app.runs import batch_repository as batches
-from app.tables.identity import User
+from app.tables.identity import AuditEntry, User
 from app.tables.runs import RunStatus
 from app.tables.webhooks import WebhookDelivery
 from app.webhooks import service
@@ -295,22 +295,36 @@ def test_a_new_secret_signs_beside_the_old_one_for_a_day(
 def test_people_set_webhooks_up_on_a_page(
     browser_of: Callable[[User], TestClient],
     admin: User,
+    database: Database,
     receiver: Receiver,
     ids: dict[str, int],
 ) -> None:
-    """The secret is on the page once; test, switch, send again and remove are buttons."""
+    """The secret is on the page once; events, test, switch and remove are there, and audited."""
     browser = browser_of(admin)
     here = f"/sites/{ids['site_id']}/webhooks"
     assert "No webhook yet" in browser.get(here).text
-    wrong = browser.post(here, data={"url": "https://[::1]/"})
+    runs, exports = {"event-run.finished": "true"}, {"event-export.finished": "true"}
+    deaf = browser.post(here, data={"url": receiver.url})
+    assert deaf.status_code == 422
+    assert "events" in deaf.text
+    wrong = browser.post(here, data={"url": "https://[::1]/"} | runs)
     assert wrong.status_code == 422
     assert "lies inside" in wrong.text
-    made = browser.post(here, data={"url": receiver.url})
+    made = browser.post(here, data={"url": receiver.url} | runs)
     assert "whsec_" in made.text
     shown = browser.get(here).text
     assert receiver.url in shown
     assert "whsec_" not in shown
     number = shown.partition('action="/webhooks/')[2].partition("/")[0]
+    assert browser.post(f"/webhooks/{number}/events", data={}).status_code == 422
+    assert browser.post(f"/webhooks/{number}/events", data=exports).status_code == 303
+    with database.reading() as session:
+        assert service.get_webhook(session, int(number)).events == ["export.finished"]
     for act in ("test", "off", "on", "remove"):
         assert browser.post(f"/webhooks/{number}/{act}").status_code == 303
+    with database.reading() as session:
+        acts = session.scalars(
+            sa.select(AuditEntry.action).where(AuditEntry.entity == "webhook").order_by("id")
+        ).all()
+    assert acts == ["create", "update", "test", "update", "update", "delete"]
     assert "No webhook yet" in browser.get(here).text
