@@ -17,6 +17,8 @@ WORKDIR /src
 COPY pyproject.toml requirements.lock hatch_build.py README.md LICENSE ./
 COPY app app
 COPY worker worker
+COPY quaymark quaymark
+COPY tools tools
 COPY templates templates
 COPY migrations migrations
 COPY --from=pages /src/static/dist static/dist

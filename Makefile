@@ -9,8 +9,9 @@ PYTHON ?= python3
 
 UV := PYTHONPATH= .tools/bin/uv
 BIN := .venv/bin
-SOURCES := app worker tests tools benchmarks migrations hatch_build.py
+SOURCES := app worker quaymark tests tools benchmarks migrations hatch_build.py
 FRONTEND := $(shell find static/src -type f ! -name api-types.ts 2>/dev/null) vite.config.ts tsconfig.json
+INTERFACE := $(shell find app tools/client_generator -name '*.py' -o -name '*.jinja' 2>/dev/null)
 
 export UV_COMPILE_BYTECODE := 1
 export UV_LINK_MODE := copy
@@ -37,7 +38,7 @@ test: build browser postgres ## Run every test: Python, front end, Postgres, bro
 check: build ## Lint, types, import rules, licences, rendered pages
 	$(BIN)/ruff check $(SOURCES)
 	$(BIN)/ruff format --check $(SOURCES)
-	$(BIN)/mypy
+	$(BIN)/mypy -p app -p worker -p quaymark -p tools.client_generator
 	$(BIN)/lint-imports
 	@mkdir -p var
 	$(BIN)/python -c 'import json; from app.main import create_app; print(json.dumps(create_app().openapi()))' \
@@ -58,7 +59,7 @@ bench: build ## Run the benchmarks: ratios against something run beside
 
 .PHONY: build
 build: ## Install what is needed and build the front end (quick when nothing changed)
-	@$(MAKE) --no-print-directory -j2 .venv/ready static/dist/ready
+	@$(MAKE) --no-print-directory -j2 quaymark/client/rest/ready static/dist/ready
 
 .PHONY: lock
 lock: .tools/ready ## Resolve the newest allowed versions into the locks
@@ -68,7 +69,7 @@ lock: .tools/ready ## Resolve the newest allowed versions into the locks
 
 .PHONY: clean
 clean: ## Remove everything that can be made again (not your data in var/)
-	rm -rf .venv .tools node_modules static/dist dist .mypy_cache .ruff_cache .hypothesis test-results
+	rm -rf .venv .tools node_modules static/dist quaymark/client/rest dist .mypy_cache .ruff_cache .hypothesis test-results
 
 .tools/ready:
 	@command -v $(PYTHON) >/dev/null || { echo "Quaymark needs Python 3.11 or newer as $(PYTHON)"; exit 1; }
@@ -82,8 +83,14 @@ clean: ## Remove everything that can be made again (not your data in var/)
 	@echo "Installing Python packages ..."
 	@test -x $(BIN)/python || $(UV) venv -q --python $(PYTHON) .venv
 	@$(UV) pip install -q --python $(BIN)/python --require-hashes -r requirements.lock
-	@$(UV) pip install -q --python $(BIN)/python --no-deps --editable .
+	@QUAYMARK_CLIENT=later $(UV) pip install -q --python $(BIN)/python --no-deps --editable .
 	@$(BIN)/python -m compileall -q app worker
+	@touch $@
+
+# The OpenAPI document comes of the application's code.
+quaymark/client/rest/ready: .venv/ready $(INTERFACE)
+	@echo "Generating the Python client ..."
+	@$(BIN)/python -m tools.client_generator
 	@touch $@
 
 node_modules/ready: package.json package-lock.json

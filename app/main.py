@@ -65,6 +65,7 @@ from app.live import pages as live_pages
 from app.live import router as live
 from app.oidc import pages as oidc_pages
 from app.oidc.provider import Provider
+from app.openapi import operation_id
 from app.registration import editor_pages as registration_editor
 from app.registration import landmark_router as landmarks
 from app.registration import pages as registration_pages
@@ -186,6 +187,7 @@ def build_routes() -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=_lifespan,
+        generate_unique_id_function=operation_id,
     )
     app.include_router(health.router)
     app.include_router(apidocs.router)

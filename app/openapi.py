@@ -11,6 +11,7 @@ import re
 from typing import Any
 
 from fastapi import FastAPI
+from fastapi.routing import APIRoute
 from pydantic import BaseModel, Field
 
 from app.auth.declared import routes_of
@@ -51,6 +52,11 @@ class Problem(BaseModel):
     status: int = Field(examples=[422])
     detail: str = Field(examples=["keypoints.3.u_px: Input should be a finite number"])
     errors: list[ProblemField] = Field(default_factory=list)
+
+
+def operation_id(route: APIRoute) -> str:
+    """Return the name that clients have for an operation: its function's, which no other has."""
+    return route.name
 
 
 def describe_problems(app: FastAPI) -> None:

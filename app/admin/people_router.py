@@ -44,7 +44,7 @@ def list_invitations(session: SessionDep, access: Administrator) -> Page[Invitat
 
 
 @router.post("/invitations", status_code=201)
-def invite(
+def invite_person(
     data: InvitationIn,
     request: Request,
     session: SessionDep,

@@ -62,7 +62,7 @@ class DayCoverageOut(BaseModel):
     response_model=DayCoverageOut,
     responses={200: {"content": {"text/csv": {}}}},
 )
-def get_coverage(
+def get_ais_coverage(
     site_id: int,
     session: SessionDep,
     access: Reader,

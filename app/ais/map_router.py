@@ -24,7 +24,7 @@ Reader = Annotated[Access, allowed(Scope.READ)]
 
 
 @router.get("/sites/{site_id}/ais/tracks")
-def list_tracks(
+def list_ais_tracks(
     site_id: int,
     session: SessionDep,
     access: Reader,

@@ -29,7 +29,7 @@ Operator = Annotated[Access, allowed(Scope.INGEST)]
     status_code=201,
     responses={200: {"model": AisFileOut, "description": "The same bytes were here already"}},
 )
-def import_file(
+def import_ais_file(
     database: DatabaseDep,
     session: SessionDep,
     storage: StorageDep,
@@ -58,7 +58,7 @@ def import_file(
 
 
 @router.get("/files")
-def list_files(
+def list_ais_files(
     session: SessionDep,
     access: Reader,
     paging: PagingDep,
@@ -75,14 +75,14 @@ def list_files(
 
 
 @router.get("/files/{file_id:int}")
-def get_file(file_id: int, session: SessionDep, access: Reader) -> AisFileOut:
+def get_ais_file(file_id: int, session: SessionDep, access: Reader) -> AisFileOut:
     """Show a recording with what became of every line."""
     file = service.get_file(session, access.site_ids(Scope.READ), file_id)
     return AisFileOut.of(file, identities.at_site(session, file.site_id))
 
 
 @router.delete("/files/{file_id:int}", status_code=204)
-def delete_file(file_id: int, session: SessionDep, access: Operator) -> None:
+def delete_ais_file(file_id: int, session: SessionDep, access: Operator) -> None:
     """Delete a recording with its reports; it can be restored for 30 days.
 
     Its positions are in no list, on no map and in no new run from then on. Poses that were made of

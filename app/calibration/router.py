@@ -38,7 +38,7 @@ Registrar = Annotated[Access, allowed(Scope.REGISTER)]
 
 
 @router.post("/cameras/{camera_id:int}/calibrations", status_code=202)
-def start(
+def start_calibration(
     camera_id: int,
     files: list[UploadFile],
     columns: Annotated[int, Form(ge=3, le=40, description="Inner corners in a row", examples=[9])],
@@ -72,7 +72,7 @@ def list_calibrations(
 
 
 @router.get("/calibrations/{calibration_id:int}")
-def show(
+def get_calibration(
     calibration_id: int, session: SessionDep, access: Reader, response: Response
 ) -> CalibrationWithPhotosOut:
     """Return a calibration with its photographs, their corners and errors."""
@@ -82,7 +82,7 @@ def show(
 
 
 @router.put("/calibrations/{calibration_id:int}/left-out", dependencies=[VERSIONED])
-def leave_out(
+def leave_out_photos(
     calibration_id: int,
     body: LeftOutIn,
     request: Request,
@@ -105,7 +105,9 @@ def leave_out(
 
 
 @router.post("/calibrations/{calibration_id:int}/activate")
-def activate(calibration_id: int, session: SessionDep, access: Registrar) -> CalibrationOut:
+def activate_calibration(
+    calibration_id: int, session: SessionDep, access: Registrar
+) -> CalibrationOut:
     """Use this version for registrations to come; those made before keep their own intrinsics."""
     row = actions.calibration_for(session, access, Scope.REGISTER, calibration_id)
     actions.activate(session, access, row)
@@ -117,7 +119,7 @@ def activate(calibration_id: int, session: SessionDep, access: Registrar) -> Cal
     response_class=Response,
     responses=file_answer("image/jpeg"),
 )
-def preview(
+def get_calibration_photo(
     calibration_id: int,
     photo_number: int,
     session: SessionDep,

@@ -19,8 +19,8 @@ from app.groundtruth.schemas import (
     BoxOut,
     BoxPatch,
     GroundTruthFileOut,
+    GroundTruthImageOut,
     ImageIn,
-    ImageOut,
     ImagePatch,
     ImportedOut,
     LinkedOut,
@@ -44,7 +44,7 @@ Exporter = Annotated[Access, allowed(Scope.EXPORT)]
 
 
 @router.get("/boxes")
-def list_boxes(
+def list_ground_truth_boxes(
     session: SessionDep,
     access: Reader,
     paging: PagingDep,
@@ -120,7 +120,7 @@ def restore_box(box_id: int, session: SessionDep, access: Reviewer, response: Re
 
 
 @router.get("/images")
-def list_images(
+def list_ground_truth_images(
     session: SessionDep,
     access: Reader,
     paging: PagingDep,
@@ -129,22 +129,25 @@ def list_images(
     file_id: Annotated[RowId | None, Query(description="Of this imported file")] = None,
     complete: Annotated[bool | None, Query(description="Every vessel has its box")] = None,
     here: Annotated[bool | None, Query(description="Its photograph is here")] = None,
-) -> Page[ImageOut]:
+) -> Page[GroundTruthImageOut]:
     """List the photographs that people drew in, absent ones too, oldest first."""
     wanted = ImageFilters(access.site_ids(Scope.READ), site_id, image_id, file_id, complete, here)
     found, cursor = service.list_images(session, wanted, paging)
     boxes = service.count_boxes(session, found)
     return Page(
-        items=[ImageOut.of(image, boxes.get(image.id, 0)) for image in found], next_cursor=cursor
+        items=[GroundTruthImageOut.of(image, boxes.get(image.id, 0)) for image in found],
+        next_cursor=cursor,
     )
 
 
 @router.post(
     "/images",
     status_code=201,
-    responses={200: {"model": ImageOut, "description": "Somebody drew in it before"}},
+    responses={200: {"model": GroundTruthImageOut, "description": "Somebody drew in it before"}},
 )
-def add_image(body: ImageIn, session: SessionDep, access: Reviewer, response: Response) -> ImageOut:
+def add_ground_truth_image(
+    body: ImageIn, session: SessionDep, access: Reviewer, response: Response
+) -> GroundTruthImageOut:
     """Make a photograph ground truth, with boxes or without: nothing to see is a truth, too."""
     access.require(Scope.REVIEW, imagery.get_image(session, body.image_id).site_id)
     image, is_new = service.image_of_photograph(session, body.image_id)
@@ -156,23 +159,23 @@ def add_image(body: ImageIn, session: SessionDep, access: Reviewer, response: Re
 
 
 @router.get("/images/{ground_truth_image_id:int}")
-def get_image(
+def get_ground_truth_image(
     ground_truth_image_id: int, session: SessionDep, access: Reader, response: Response
-) -> ImageOut:
+) -> GroundTruthImageOut:
     """Return a photograph that people drew in."""
     image = actions.image_for(session, access, Scope.READ, ground_truth_image_id)
     return _image_out(session, image, response)
 
 
 @router.patch("/images/{ground_truth_image_id:int}", dependencies=[VERSIONED])
-def change_image(
+def change_ground_truth_image(
     ground_truth_image_id: int,
     body: ImagePatch,
     request: Request,
     session: SessionDep,
     access: Reviewer,
     response: Response,
-) -> ImageOut:
+) -> GroundTruthImageOut:
     """Say whether every vessel has its box; say in `If-Match` which version was looked at."""
     image = actions.image_for(session, access, Scope.REVIEW, ground_truth_image_id)
     check_if_match(request, image.version)
@@ -181,9 +184,11 @@ def change_image(
     return _image_out(session, image, response)
 
 
-def _image_out(session: Session, image: GroundTruthImage, response: Response) -> ImageOut:
+def _image_out(
+    session: Session, image: GroundTruthImage, response: Response
+) -> GroundTruthImageOut:
     set_etag(response, image.version)
-    return ImageOut.of(image, len(service.boxes_of(session, image)))
+    return GroundTruthImageOut.of(image, len(service.boxes_of(session, image)))
 
 
 @router.get("/photographs/{image_id:int}")
@@ -204,7 +209,7 @@ def get_scene(image_id: int, session: SessionDep, access: Reader) -> SceneOut:
             file_url=file_url(photo),
             preview_url=preview_url(photo, PREVIEW_PX),
         ),
-        ground_truth=None if image is None else ImageOut.of(image, len(boxes)),
+        ground_truth=None if image is None else GroundTruthImageOut.of(image, len(boxes)),
         boxes=[BoxOut.of(box) for box in boxes],
         earlier_id=earlier,
         later_id=later,
@@ -213,7 +218,9 @@ def get_scene(image_id: int, session: SessionDep, access: Reader) -> SceneOut:
 
 
 @router.get("/files")
-def list_files(session: SessionDep, access: Reader, paging: PagingDep) -> Page[GroundTruthFileOut]:
+def list_ground_truth_files(
+    session: SessionDep, access: Reader, paging: PagingDep
+) -> Page[GroundTruthFileOut]:
     """List the COCO files that were imported, oldest first."""
     found, cursor = service.list_files(session, access.site_ids(Scope.READ), paging)
     totals = service.totals_by_file(session, [file.id for file in found])
@@ -226,7 +233,7 @@ def list_files(session: SessionDep, access: Reader, paging: PagingDep) -> Page[G
     status_code=201,
     responses={200: {"model": ImportedOut, "description": "The same file was here already"}},
 )
-def import_file(
+def import_ground_truth_file(
     session: SessionDep,
     settings: SettingsDep,
     access: Operator,
@@ -259,7 +266,7 @@ def import_file(
 
 
 @router.post("/files/preview")
-def look_at_file(
+def preview_ground_truth_file(
     database: DatabaseDep,
     settings: SettingsDep,
     access: Operator,
@@ -272,7 +279,9 @@ def look_at_file(
 
 
 @router.get("/files/{ground_truth_file_id:int}")
-def get_file(ground_truth_file_id: int, session: SessionDep, access: Reader) -> GroundTruthFileOut:
+def get_ground_truth_file(
+    ground_truth_file_id: int, session: SessionDep, access: Reader
+) -> GroundTruthFileOut:
     """Return an imported file."""
     file = actions.file_for(session, access, Scope.READ, ground_truth_file_id)
     totals = service.totals_by_file(session, [file.id])
@@ -280,7 +289,9 @@ def get_file(ground_truth_file_id: int, session: SessionDep, access: Reader) -> 
 
 
 @router.delete("/files/{ground_truth_file_id:int}", status_code=204)
-def remove_file(ground_truth_file_id: int, session: SessionDep, access: Operator) -> None:
+def delete_ground_truth_file(
+    ground_truth_file_id: int, session: SessionDep, access: Operator
+) -> None:
     """Delete an imported file with its images and all their boxes, later ones included.
 
     It can be restored for 30 days.
@@ -299,7 +310,7 @@ def link_photographs(body: LinkIn, session: SessionDep, access: Reviewer) -> Lin
     response_class=Response,
     responses={200: {"description": "A COCO file", "content": {"application/json": {}}}},
 )
-def export_coco(
+def export_ground_truth(
     session: SessionDep,
     access: Exporter,
     site_id: Annotated[RowId | None, Query(description="All boxes of this site")] = None,

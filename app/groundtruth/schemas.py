@@ -121,7 +121,7 @@ class ImagePatch(BaseModel):
     is_complete: bool | None = None
 
 
-class ImageOut(BaseModel):
+class GroundTruthImageOut(BaseModel):
     """A photograph that people drew in; it may be absent here, known by its file's name."""
 
     id: int
@@ -138,7 +138,7 @@ class ImageOut(BaseModel):
     version: int
 
     @classmethod
-    def of(cls, image: GroundTruthImage, boxes: int) -> "ImageOut":
+    def of(cls, image: GroundTruthImage, boxes: int) -> "GroundTruthImageOut":
         """Take the columns."""
         return cls(
             id=image.id,
@@ -172,7 +172,9 @@ class SceneOut(BaseModel):
     """A photograph with the boxes in it, and where to go from it (ids of photographs)."""
 
     image: SceneImage
-    ground_truth: ImageOut | None = Field(description="Null while nobody has drawn in it")
+    ground_truth: GroundTruthImageOut | None = Field(
+        description="Null while nobody has drawn in it"
+    )
     boxes: list[BoxOut]
     earlier_id: int | None
     later_id: int | None

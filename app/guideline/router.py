@@ -44,7 +44,7 @@ def find_set(session: Session, access: Access, set_id: int, scope: Scope) -> Cal
 
 
 @router.get("")
-def list_sets(
+def list_calibration_sets(
     session: SessionDep, access: Reviewer, paging: PagingDep, run_id: RowId | None = None
 ) -> Page[CalibrationSetOut]:
     """List the calibration sets of the sites where one reviews."""
@@ -64,7 +64,7 @@ def list_sets(
 
 
 @router.post("", status_code=201)
-def create_set(
+def create_calibration_set(
     body: CalibrationSetIn, session: SessionDep, access: Operator, response: Response
 ) -> CalibrationSetOut:
     """Make a set from judged poses, from a simulated site's truth, or from one's own reviews."""
@@ -83,7 +83,7 @@ def create_set(
 
 
 @router.get("/{set_id}")
-def get_set(set_id: int, session: SessionDep, access: Reviewer) -> CalibrationSetOut:
+def get_calibration_set(set_id: int, session: SessionDep, access: Reviewer) -> CalibrationSetOut:
     """Return a calibration set; its judgements are told pose by pose, once one has answered."""
     return _shown(session, access, find_set(session, access, set_id, Scope.REVIEW))
 
@@ -94,7 +94,7 @@ def _shown(session: Session, access: Access, found: CalibrationSet) -> Calibrati
 
 
 @router.delete("/{set_id}", status_code=204)
-def delete_set(set_id: int, session: SessionDep, access: Operator) -> None:
+def delete_calibration_set(set_id: int, session: SessionDep, access: Operator) -> None:
     """Delete a calibration set with all attempts at it; it can be restored for 30 days."""
     found = find_set(session, access, set_id, Scope.INGEST)
     record(session, access, "delete", "calibration_set", set_id, site_id=found.run.site_id)
@@ -134,7 +134,7 @@ def remove_pose(set_id: int, pose_id: int, session: SessionDep, access: Operator
 
 
 @router.get("/{set_id}/poses")
-def list_poses(set_id: int, session: SessionDep, access: Reviewer) -> Page[PoseOut]:
+def list_judged_poses(set_id: int, session: SessionDep, access: Reviewer) -> Page[PoseOut]:
     """List all poses of the set for practising: without verdicts, but for one's own answers."""
     found = find_set(session, access, set_id, Scope.REVIEW)
     compared = practice.result(session, set_id, access.user_id).poses
@@ -148,7 +148,7 @@ def list_poses(set_id: int, session: SessionDep, access: Reviewer) -> Page[PoseO
 
 
 @router.post("/{set_id}/grades", status_code=201, responses={200: {"model": PracticeOut}})
-def answer(
+def grade_practice_pose(
     set_id: int, body: PracticeIn, session: SessionDep, access: Reviewer, response: Response
 ) -> PracticeOut:
     """Grade a judged pose for practice and learn the judgement; the first answer counts (200)."""
@@ -164,14 +164,14 @@ def answer(
 
 
 @router.get("/{set_id}/result")
-def get_result(set_id: int, session: SessionDep, access: Reviewer) -> ResultOut:
+def get_practice_result(set_id: int, session: SessionDep, access: Reviewer) -> ResultOut:
     """Tell how one's latest attempt went."""
     find_set(session, access, set_id, Scope.REVIEW)
     return ResultOut.of(practice.result(session, set_id, access.user_id))
 
 
 @router.post("/{set_id}/restart", status_code=201)
-def restart(set_id: int, session: SessionDep, access: Reviewer) -> ResultOut:
+def restart_practice(set_id: int, session: SessionDep, access: Reviewer) -> ResultOut:
     """Begin a new attempt; earlier ones are kept."""
     find_set(session, access, set_id, Scope.REVIEW)
     return ResultOut.of(practice.restart(session, set_id, access.user_id))

@@ -92,7 +92,7 @@ def delete_image(image_id: int, session: SessionDep, access: Ingester) -> None:
 
 
 @router.get("/images/{image_id:int}/file", response_class=Response, responses=BYTES)
-def get_file(
+def get_image_file(
     image_id: int, request: Request, session: SessionDep, storage: StorageDep, access: Reader
 ) -> Response:
     """Send the photograph's own bytes; one Range at a time."""
@@ -106,7 +106,7 @@ def get_file(
 
 
 @router.get("/images/{image_id:int}/preview", response_class=Response, responses=BYTES)
-def get_preview(
+def get_image_preview(
     image_id: int,
     request: Request,
     session: SessionDep,

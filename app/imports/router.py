@@ -98,7 +98,9 @@ BEGIN: dict[str, Any] = {
 
 
 @router.post("/imports", status_code=201, openapi_extra=BEGIN)
-def start(begun: BegunDep, access: Ingester, place: PlaceDep, response: Response) -> ImportOut:
+def start_import(
+    begun: BegunDep, access: Ingester, place: PlaceDep, response: Response
+) -> ImportOut:
     """Begin a batch for a camera; then announce its files and send them.
 
     A form (multipart/form-data) with `camera_id` brings photographs and zips along at once, as
@@ -127,7 +129,9 @@ def list_imports(
 
 
 @router.get("/imports/{import_id:int}")
-def show(import_id: int, session: SessionDep, access: Reader, response: Response) -> ImportOut:
+def get_import(
+    import_id: int, session: SessionDep, access: Reader, response: Response
+) -> ImportOut:
     """Return a batch."""
     row = actions.import_for(session, access, Scope.READ, import_id)
     set_etag(response, row.version)
@@ -135,7 +139,9 @@ def show(import_id: int, session: SessionDep, access: Reader, response: Response
 
 
 @router.post("/imports/{import_id:int}/files")
-def announce(import_id: int, body: ManifestIn, access: Ingester, place: PlaceDep) -> ManifestOut:
+def announce_files(
+    import_id: int, body: ManifestIn, access: Ingester, place: PlaceDep
+) -> ManifestOut:
     """Announce files; the answer says of each whether and from where on it is to be sent.
 
     Announcing the same again after a break loses nothing and sends nothing twice.
@@ -145,7 +151,7 @@ def announce(import_id: int, body: ManifestIn, access: Ingester, place: PlaceDep
 
 
 @router.get("/imports/{import_id:int}/files")
-def list_files(
+def list_import_files(
     import_id: int,
     session: SessionDep,
     access: Reader,
@@ -159,7 +165,7 @@ def list_files(
 
 
 @router.post("/imports/{import_id:int}/pack", openapi_extra=OCTETS)
-def receive_pack(
+def upload_pack(
     import_id: int,
     body: Octets,
     access: Ingester,
@@ -175,7 +181,7 @@ def receive_pack(
 
 
 @router.put("/imports/{import_id:int}/files/{import_file_id:int}", openapi_extra=OCTETS)
-def receive_piece(
+def upload_piece(
     import_id: int,
     import_file_id: int,
     body: Octets,
@@ -193,7 +199,7 @@ def receive_piece(
 
 
 @router.get("/imports/{import_id:int}/preview")
-def preview(import_id: int, session: SessionDep, access: Reader) -> PreviewOut:
+def preview_import(import_id: int, session: SessionDep, access: Reader) -> PreviewOut:
     """Tell what a commit would do: how many images, their times and viewports, what is odd."""
     row = actions.import_for(session, access, Scope.READ, import_id)
     return PreviewOut.of(
@@ -204,7 +210,7 @@ def preview(import_id: int, session: SessionDep, access: Reader) -> PreviewOut:
 
 
 @router.put("/imports/{import_id:int}/times", dependencies=[VERSIONED])
-def set_times(
+def set_import_times(
     import_id: int,
     body: TimeSettings,
     request: Request,
@@ -221,7 +227,7 @@ def set_times(
 
 
 @router.put("/imports/{import_id:int}/times-table")
-def set_times_table(
+def set_import_times_table(
     import_id: int,
     session: SessionDep,
     access: Ingester,
@@ -233,7 +239,7 @@ def set_times_table(
 
 
 @router.post("/imports/{import_id:int}/commit", dependencies=[VERSIONED])
-def commit(
+def commit_import(
     import_id: int,
     request: Request,
     access: Ingester,
@@ -254,20 +260,20 @@ def commit(
 
 
 @router.delete("/imports/{import_id:int}", status_code=204)
-def discard(import_id: int, access: Ingester, place: PlaceDep) -> None:
+def discard_import(import_id: int, access: Ingester, place: PlaceDep) -> None:
     """Give a batch up that is not committed."""
     actions.discard(place, access, import_id)
 
 
 @router.get("/imports/{import_id:int}/takes-along")
-def takes_along(import_id: int, session: SessionDep, access: Reader) -> TakesAlongOut:
+def get_taken_along(import_id: int, session: SessionDep, access: Reader) -> TakesAlongOut:
     """Count what disappears with the batch's images: poses, reviews, corrections."""
     row = actions.import_for(session, access, Scope.READ, import_id)
     return service.takes_along(session, row)
 
 
 @router.post("/imports/{import_id:int}/undo")
-def undo(import_id: int, session: SessionDep, access: Ingester) -> ImportOut:
+def undo_import(import_id: int, session: SessionDep, access: Ingester) -> ImportOut:
     """Delete all images of a committed batch; `restore` brings them back for 30 days."""
     row = actions.import_for(session, access, Scope.INGEST, import_id)
     actions.undo(session, access, row)
@@ -275,7 +281,7 @@ def undo(import_id: int, session: SessionDep, access: Ingester) -> ImportOut:
 
 
 @router.post("/imports/{import_id:int}/restore")
-def restore(import_id: int, session: SessionDep, access: Ingester) -> ImportOut:
+def restore_import(import_id: int, session: SessionDep, access: Ingester) -> ImportOut:
     """Bring the images of an undone batch back, with all that rests on them."""
     row = actions.import_for(session, access, Scope.INGEST, import_id)
     actions.restore(session, access, row)
@@ -283,7 +289,7 @@ def restore(import_id: int, session: SessionDep, access: Ingester) -> ImportOut:
 
 
 @router.post("/imports/{import_id:int}/move")
-def move(import_id: int, body: MoveIn, session: SessionDep, access: Ingester) -> ImportOut:
+def move_import(import_id: int, body: MoveIn, session: SessionDep, access: Ingester) -> ImportOut:
     """Give the batch to another camera; what rests on its images stays behind, deleted."""
     row = actions.import_for(session, access, Scope.INGEST, import_id)
     actions.move(session, access, row, body.camera_id)

@@ -17,7 +17,7 @@ Registrar = Annotated[Access, allowed(Scope.REGISTER)]
 
 
 @router.get("/sites/{site_id:int}/learning")
-def show_proposal(site_id: int, session: SessionDep, access: Reader) -> ProposalOut:
+def get_learning(site_id: int, session: SessionDep, access: Reader) -> ProposalOut:
     """Fit what is probable at a site to its graded images, judged on images left out.
 
     Nothing is stored: apply it by its key.

@@ -29,7 +29,7 @@ Administrator = Annotated[Access, allowed(Scope.ADMIN)]
 
 
 @router.post("/cameras/{camera_id:int}/drop", status_code=201, responses={200: {"model": ImageOut}})
-def drop(
+def drop_image(
     camera_id: int,
     access: Ingester,
     database: DatabaseDep,

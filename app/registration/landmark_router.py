@@ -191,7 +191,7 @@ def keypoints_as_geojson(viewport_id: int, session: SessionDep, access: Reader) 
     return Response(write_geojson(rows, COLUMNS), media_type=MEDIA_TYPE, headers=headers)
 
 
-@router.put("/viewports/{viewport_id:int}/keypoints.csv")
+@router.put("/viewports/{viewport_id:int}/keypoints.csv", openapi_extra=KEYPOINTS_CSV)
 def replace_keypoints_csv(
     viewport_id: int,
     text: Text,
@@ -208,7 +208,7 @@ def replace_keypoints_csv(
     return _replaced(session, access, viewport, rows, request, response, moves=update)
 
 
-@router.put("/viewports/{viewport_id:int}/keypoints.geojson")
+@router.put("/viewports/{viewport_id:int}/keypoints.geojson", openapi_extra=KEYPOINTS_GEOJSON)
 def replace_keypoints_geojson(
     viewport_id: int,
     text: Text,

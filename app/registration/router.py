@@ -123,7 +123,7 @@ def replace_keypoints(
 
 
 @router.post("/viewports/{viewport_id:int}/registrations", status_code=201, tags=["registrations"])
-def register(
+def register_viewport(
     viewport_id: int,
     asked: RegistrationIn,
     database: DatabaseDep,
@@ -135,7 +135,9 @@ def register(
 
 
 @router.post("/viewports/{viewport_id:int}/solve", tags=["registrations"])
-def solve(viewport_id: int, data: SolveIn, database: DatabaseDep, access: Reader) -> SolveOut:
+def solve_viewport(
+    viewport_id: int, data: SolveIn, database: DatabaseDep, access: Reader
+) -> SolveOut:
     """Solve keypoints by all methods and draw what follows; nothing is stored."""
     with database.reading() as session:
         viewport = actions.viewport_for(session, access, Scope.READ, viewport_id)

@@ -29,7 +29,7 @@ Registrar = Annotated[Access, allowed(Scope.REGISTER)]
 
 
 @router.post("/viewports/{viewport_id:int}/reregistrations", status_code=202)
-def start(
+def start_reregistration(
     viewport_id: int,
     body: ReregistrationIn,
     session: SessionDep,
@@ -45,7 +45,7 @@ def start(
 
 
 @router.get("/viewports/{viewport_id:int}/reregistrations")
-def list_of_viewport(
+def list_viewport_reregistrations(
     viewport_id: int, session: SessionDep, access: Reader, paging: PagingDep
 ) -> Page[ReregistrationOut]:
     """List a viewport's re-registrations, oldest first."""
@@ -55,7 +55,7 @@ def list_of_viewport(
 
 
 @router.get("/reregistrations")
-def list_all(
+def list_reregistrations(
     session: SessionDep, access: Reader, paging: PagingDep, viewport_id: RowId | None = None
 ) -> Page[ReregistrationOut]:
     """List the re-registrations of the sites one may read, oldest first."""
@@ -65,14 +65,16 @@ def list_all(
 
 
 @router.get("/reregistrations/{reregistration_id:int}")
-def show(reregistration_id: int, session: SessionDep, access: Reader) -> ReregistrationOut:
+def get_reregistration(
+    reregistration_id: int, session: SessionDep, access: Reader
+) -> ReregistrationOut:
     """Return a re-registration and how far it is."""
     row = actions.reregistration_for(session, access, Scope.READ, reregistration_id)
     return service.shown(session, [row])[0]
 
 
 @router.post("/reregistrations/{reregistration_id:int}/cancel")
-def cancel(
+def cancel_reregistration(
     reregistration_id: int, database: DatabaseDep, jobs: JobsDep, access: Registrar
 ) -> ReregistrationOut:
     """Stop before the next images; an ended one stays as it is."""
@@ -82,7 +84,7 @@ def cancel(
 
 
 @router.get("/reregistrations/{reregistration_id:int}/images")
-def list_images(
+def list_reregistration_images(
     reregistration_id: int,
     session: SessionDep,
     access: Reader,
@@ -145,7 +147,7 @@ def show_reference(
 
 
 @router.post("/pointings/{pointing_id:int}/accept")
-def accept(
+def accept_pointing(
     pointing_id: int, session: SessionDep, access: Registrar, body: AcceptIn | None = None
 ) -> PointingOut:
     """Make it a viewport with a turned registration; its images then belong to that viewport."""
@@ -154,6 +156,6 @@ def accept(
 
 
 @router.post("/pointings/{pointing_id:int}/reject")
-def reject(pointing_id: int, session: SessionDep, access: Registrar) -> PointingOut:
+def reject_pointing(pointing_id: int, session: SessionDep, access: Registrar) -> PointingOut:
     """Put it aside; its images stay where they are."""
     return PointingOut.of(actions.reject(session, access, pointing_id))

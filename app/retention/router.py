@@ -17,7 +17,7 @@ Administrator = Annotated[Access, allowed(Scope.ADMIN)]
 
 
 @router.get("/sites/{site_id:int}/retention-rules")
-def list_rules(site_id: int, session: SessionDep, access: Administrator) -> Page[RuleOut]:
+def list_retention_rules(site_id: int, session: SessionDep, access: Administrator) -> Page[RuleOut]:
     """List a site's rules with what each would let go now."""
     site = sites.site_for(session, access, Scope.ADMIN, site_id)
     rules = service.rules(session, site.id)
@@ -25,7 +25,9 @@ def list_rules(site_id: int, session: SessionDep, access: Administrator) -> Page
 
 
 @router.post("/sites/{site_id:int}/retention-rules", status_code=201)
-def add_rule(site_id: int, data: RuleIn, session: SessionDep, access: Administrator) -> RuleOut:
+def add_retention_rule(
+    site_id: int, data: RuleIn, session: SessionDep, access: Administrator
+) -> RuleOut:
     """Add a rule, switched off: look at `would_go` first."""
     site = sites.site_for(session, access, Scope.ADMIN, site_id)
     row = actions.add(session, access, site, data)
@@ -33,7 +35,7 @@ def add_rule(site_id: int, data: RuleIn, session: SessionDep, access: Administra
 
 
 @router.post("/retention-rules/{rule_id:int}/on", dependencies=[VERSIONED])
-def switch_on(
+def switch_rule_on(
     rule_id: int, request: Request, session: SessionDep, access: Administrator
 ) -> RuleOut:
     """Switch a rule on: a worker applies it every day."""
@@ -43,7 +45,7 @@ def switch_on(
 
 
 @router.post("/retention-rules/{rule_id:int}/off", dependencies=[VERSIONED])
-def switch_off(
+def switch_rule_off(
     rule_id: int, request: Request, session: SessionDep, access: Administrator
 ) -> RuleOut:
     """Switch a rule off."""
@@ -53,7 +55,9 @@ def switch_off(
 
 
 @router.delete("/retention-rules/{rule_id:int}", status_code=204, dependencies=[VERSIONED])
-def remove_rule(rule_id: int, request: Request, session: SessionDep, access: Administrator) -> None:
+def remove_retention_rule(
+    rule_id: int, request: Request, session: SessionDep, access: Administrator
+) -> None:
     """Delete a rule; it can be restored for 30 days."""
     heed_if_match(request, actions.rule_for(session, access, rule_id).version)
     actions.remove(session, access, rule_id)

@@ -47,7 +47,7 @@ Reviewer = Annotated[Access, allowed(Scope.REVIEW)]
 
 
 @router.get("/runs/{run_id}/camera")
-def get_camera(run_id: int, session: SessionDep, access: Reader) -> RunCameraOut:
+def get_run_camera(run_id: int, session: SessionDep, access: Reader) -> RunCameraOut:
     """Return the camera that a run's poses were made with."""
     run = runs.get_run(session, run_id)
     access.require(Scope.READ, run.site_id)
@@ -88,7 +88,7 @@ def list_corrections(pose_id: int, session: SessionDep, access: Reader) -> Page[
 
 
 @router.post("/poses/{pose_id}/corrections", status_code=201, dependencies=[VERSIONED])
-def correct(
+def correct_pose(
     pose_id: int,
     body: CorrectionIn,
     request: Request,
@@ -147,7 +147,7 @@ def list_candidates(pose_id: int, session: SessionDep, access: Reader) -> Candid
 
 
 @router.post("/poses/{pose_id}/rematch", status_code=201, dependencies=[VERSIONED])
-def rematch(
+def rematch_pose(
     pose_id: int,
     body: RematchIn,
     request: Request,

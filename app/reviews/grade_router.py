@@ -64,7 +64,7 @@ def grade_pose(
 
 
 @router.post("/images/{image_id}/reviews", status_code=201)
-def grade_rest(
+def grade_rest_of_image(
     image_id: int, body: RestIn, session: SessionDep, access: Reviewer, key: Key = None
 ) -> DecisionOut:
     """Grade what is left of an image as Good, all in one stroke."""
@@ -82,7 +82,7 @@ def grade_rest(
 
 
 @router.patch("/decisions/{decision_name}")
-def add_words(
+def amend_decision(
     decision_name: Decision, body: WordsIn, session: SessionDep, access: Reviewer
 ) -> DecisionOut:
     """Put reasons or a comment on one's own decision, whatever was decided since."""
@@ -98,7 +98,9 @@ def add_words(
 
 
 @router.delete("/decisions/{decision_name}")
-def withdraw(decision_name: Decision, session: SessionDep, access: Reviewer) -> WithdrawnOut:
+def withdraw_decision(
+    decision_name: Decision, session: SessionDep, access: Reviewer
+) -> WithdrawnOut:
     """Take one's own decision back; what one had said before stands again. Twice is as once."""
     pose_ids, was_standing = grading.withdraw(session, access.user_id, decision_name)
     if was_standing:

@@ -21,8 +21,8 @@ from app.reviews.image_schemas import (
     MissedIn,
     MissedOut,
     MissedPatch,
+    OfRunIn,
     RunImageOut,
-    RunIn,
     VesselAtImage,
 )
 from app.reviews.run_images import Box
@@ -36,7 +36,7 @@ Reviewer = Annotated[Access, allowed(Scope.REVIEW)]
 
 
 @router.get("/runs/{run_id}/images")
-def list_images(
+def list_run_images(
     run_id: int,
     session: SessionDep,
     access: Reader,
@@ -58,8 +58,8 @@ def list_images(
     status_code=201,
     responses={200: {"description": "It was complete already"}},
 )
-def complete(
-    image_id: int, body: RunIn, session: SessionDep, access: Reviewer, response: Response
+def complete_image(
+    image_id: int, body: OfRunIn, session: SessionDep, access: Reviewer, response: Response
 ) -> CompletionOut:
     """Say that every visible vessel of an image is accounted for; all its poses must be graded."""
     run = run_images.run_over(session, access, Scope.REVIEW, body.run_id, image_id)
@@ -72,7 +72,7 @@ def complete(
 
 
 @router.delete("/images/{image_id}/complete", status_code=204)
-def reopen(image_id: int, run_id: RowId, session: SessionDep, access: Reviewer) -> None:
+def reopen_image(image_id: int, run_id: RowId, session: SessionDep, access: Reviewer) -> None:
     """Take back that an image is complete."""
     run = run_images.run_over(session, access, Scope.REVIEW, run_id, image_id)
     if run_images.reopen(session, run, image_id, access.user_id):
@@ -166,7 +166,7 @@ def delete_missed(missed_id: int, request: Request, session: SessionDep, access:
 
 
 @router.get("/images/{image_id}/vessels")
-def list_vessels(
+def list_vessels_at_image(
     image_id: int, run_id: RowId, session: SessionDep, access: Reader
 ) -> Page[VesselAtImage]:
     """List the vessels that were heard around an image in a run, with what became of them."""

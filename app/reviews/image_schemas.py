@@ -18,7 +18,7 @@ from app.tables.runs import VesselStateRow
 Pixel = Annotated[float, Field(ge=-0.5, le=1e6, allow_inf_nan=False)]
 
 
-class RunIn(BaseModel):
+class OfRunIn(BaseModel):
     """The run that something is said about."""
 
     model_config = ConfigDict(extra="forbid")

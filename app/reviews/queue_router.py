@@ -79,7 +79,7 @@ def get_queue(queue_id: int, session: SessionDep, access: Reader) -> QueueOut:
 
 
 @router.get("/review-queues/{queue_id}/progress")
-def get_progress(queue_id: int, session: SessionDep, access: Reader) -> ProgressOut:
+def get_queue_progress(queue_id: int, session: SessionDep, access: Reader) -> ProgressOut:
     """Tell how far a queue is."""
     queue = _queue(session, queue_id, access, Scope.READ)
     return ProgressOut.of(queues.counts(session, [queue], access.user_id)[queue.id])
@@ -103,7 +103,7 @@ def delete_queue(queue_id: int, session: SessionDep, access: Reviewer) -> None:
     responses={204: {"description": "Nothing is free"}},
     response_model=QueueItemOut | QueueItemsOut,
 )
-def take_next(
+def take_next_item(
     queue_id: int,
     session: SessionDep,
     access: Reviewer,
@@ -129,7 +129,7 @@ def take_next(
 
 
 @router.post("/review-queues/{queue_id}/extend")
-def extend(
+def extend_lease(
     queue_id: int,
     session: SessionDep,
     access: Reviewer,
@@ -145,7 +145,7 @@ def extend(
 
 
 @router.post("/review-queues/{queue_id}/release", status_code=204)
-def release(
+def release_item(
     queue_id: int, session: SessionDep, access: Reviewer, body: HeldIn | None = None
 ) -> None:
     """Give items back, so that others get them at once."""

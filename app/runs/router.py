@@ -97,7 +97,7 @@ def cancel_run(run_id: int, database: DatabaseDep, jobs: JobsDep, access: Operat
 
 
 @router.post("/runs/{run_id}/again", status_code=201)
-def start_again(
+def repeat_run(
     run_id: int, session: SessionDep, jobs: JobsDep, access: Operator, response: Response
 ) -> RunOut:
     """Start the same run anew on the newest registration; detections are used again."""

@@ -87,14 +87,14 @@ async def _text(request: Request) -> str:
 
 
 @router.get("/sites/{site_id:int}/water-levels")
-def get_series(site_id: int, session: SessionDep, access: Reader) -> SeriesOut:
+def get_water_levels(site_id: int, session: SessionDep, access: Reader) -> SeriesOut:
     """Sum up a site's water levels."""
     site = actions.site_for(session, access, Scope.READ, site_id)
     return SeriesOut.of(site.water_level_m, water.series_of(session, site))
 
 
 @router.post("/sites/{site_id:int}/water-levels", openapi_extra=SERIES)
-def replace_series(
+def replace_water_levels(
     site_id: int,
     text: Annotated[str, Depends(_text)],
     session: SessionDep,
@@ -114,7 +114,7 @@ def replace_series(
 
 
 @router.delete("/sites/{site_id:int}/water-levels", status_code=204)
-def delete_series(site_id: int, session: SessionDep, access: Registrar) -> None:
+def delete_water_levels(site_id: int, session: SessionDep, access: Registrar) -> None:
     """Delete a site's series; its constant level holds again. It can be restored for 30 days."""
     site = actions.site_for(session, access, Scope.REGISTER, site_id)
     water_actions.remove(session, access, site)
@@ -125,7 +125,7 @@ def delete_series(site_id: int, session: SessionDep, access: Registrar) -> None:
     response_class=Response,
     responses=file_answer("text/csv"),
 )
-def series_as_csv(site_id: int, session: SessionDep, access: Reader) -> Response:
+def water_levels_as_csv(site_id: int, session: SessionDep, access: Reader) -> Response:
     """Return a site's series as CSV."""
     site = actions.site_for(session, access, Scope.READ, site_id)
     lines = [",".join(COLUMNS)]
@@ -135,7 +135,7 @@ def series_as_csv(site_id: int, session: SessionDep, access: Reader) -> Response
 
 
 @router.get("/sites/{site_id:int}/water-level")
-def level_at(
+def get_water_level(
     site_id: int,
     session: SessionDep,
     access: Reader,

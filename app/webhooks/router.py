@@ -92,14 +92,14 @@ def remove_webhook(
 
 
 @secrets.post("/webhooks/{webhook_id:int}/rotate")
-def rotate_secret(webhook_id: int, session: SessionDep, access: Administrator) -> SecretOut:
+def rotate_webhook_secret(webhook_id: int, session: SessionDep, access: Administrator) -> SecretOut:
     """Make a new secret, shown this once; for a day the old one signs, too."""
     webhook = actions.webhook_for(session, access, webhook_id)
     return SecretOut.of(actions.rotate(session, access, webhook))
 
 
 @router.post("/webhooks/{webhook_id:int}/test", status_code=202)
-def send_test(webhook_id: int, session: SessionDep, access: Administrator) -> DeliveryOut:
+def test_webhook(webhook_id: int, session: SessionDep, access: Administrator) -> DeliveryOut:
     """Send a delivery `test`."""
     webhook = actions.webhook_for(session, access, webhook_id)
     return DeliveryOut.of(actions.send_test(session, access, webhook))
@@ -116,7 +116,7 @@ def list_deliveries(
 
 
 @router.post("/webhook-deliveries/{delivery_id:int}/resend", status_code=202)
-def send_again(delivery_id: int, session: SessionDep, access: Administrator) -> DeliveryOut:
+def resend_delivery(delivery_id: int, session: SessionDep, access: Administrator) -> DeliveryOut:
     """Send a delivery that has ended once more, under the same id."""
     return DeliveryOut.of(actions.send_again(session, access, delivery_id))
 

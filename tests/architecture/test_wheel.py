@@ -124,13 +124,44 @@ def test_nothing_comes_from_the_checkout(
 
 
 @pytest.mark.slow
+def test_the_client_comes_with_the_wheel_and_needs_only_its_extra(
+    installed: Path, wheel: Path, tmp_path: Path
+) -> None:
+    """A typed package that loads nothing of the server; the extra names what it imports."""
+    code = (
+        "import sys; from quaymark.client import Quaymark, api, models; "
+        "print(api.exports.request_export.__annotations__['return'].__name__); "
+        "print(*{name.partition('.')[0] for name in sys.modules})"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    done = subprocess.run(
+        [installed / "python", "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    answer, loaded = done.stdout.splitlines()
+    assert answer == "ExportOut"
+    assert {"attrs", "httpx"} <= set(loaded.split())
+    assert not {"app", "worker", "fastapi", "pydantic", "sqlalchemy"} & set(loaded.split())
+    with zipfile.ZipFile(wheel) as archive:
+        (metadata,) = [name for name in archive.namelist() if name.endswith("/METADATA")]
+        needs = archive.read(metadata).decode()
+        assert "quaymark/py.typed" in archive.namelist()
+    for package in ("attrs", "httpx"):
+        assert re.search(rf"^Requires-Dist: {package}\b.*extra == 'client'", needs, re.MULTILINE)
+
+
+@pytest.mark.slow
 def test_the_wheel_carries_no_tests_and_no_sources_of_the_front_end(wheel: Path) -> None:
     """Only what an installation runs is handed on."""
     with zipfile.ZipFile(wheel) as archive:
         tops = {name.split("/")[0] for name in archive.namelist()}
         names = archive.namelist()
 
-    assert {top for top in tops if not top.endswith(".dist-info")} == {"app", "worker"}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"app", "worker", "quaymark"}
     assert not [name for name in names if name.endswith(".ts") or "/src/" in name]
     assert any(name.endswith("licenses/LICENSE") for name in names)
 

@@ -7,12 +7,15 @@ from starlette.testclient import TestClient
 
 
 def test_the_reference_has_every_operation(app: FastAPI, anonymous_browser: TestClient) -> None:
-    """Each operation of the OpenAPI document is on the page, with what it needs."""
+    """Each operation of the OpenAPI document is on the page, under a short name of its own."""
     answer = anonymous_browser.get("/api/v1/docs")
     assert answer.status_code == 200
     document = anonymous_browser.get("/api/v1/openapi.json").json()
     operations = [item for path in document["paths"].values() for item in path.values()]
     assert len(operations) > 20
+    names = [operation["operationId"] for operation in operations]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z_]{4,40}", name) for name in names)
     for operation in operations:
         assert f'id="{operation["operationId"]}"' in answer.text
     assert "scope admin" in answer.text

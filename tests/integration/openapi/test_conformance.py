@@ -35,6 +35,7 @@ from tests.factories import identity
 from tests.factories.world import make_world
 
 EXAMPLES = int(os.environ.get("QUAYMARK_SCHEMATHESIS_EXAMPLES", "2"))
+PATIENT_S = 120.0  # a busy machine is no error
 SHARES = 4  # operations are asked in as many tests, which may run in different processes
 CHECKS = [
     not_a_server_error,
@@ -136,6 +137,6 @@ def ask(stage: Stage, operation: Any) -> None:
             case.query = stage.with_ids(dict(case.query or {}))
             case.body = stage.with_ids(case.body)
         headers = stage.headers | ({} if version is None else {"If-Match": version})
-        case.call_and_validate(headers=headers, checks=CHECKS)
+        case.call_and_validate(headers=headers, checks=CHECKS, timeout=PATIENT_S)
 
     answers_as_documented()

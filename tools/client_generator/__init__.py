@@ -1,0 +1,1 @@
+"""Generates the typed half of the Python client from the OpenAPI document."""
