@@ -69,6 +69,7 @@ def test_workers_end_with_their_parent(
     assert live_pids(database) == set()
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)  # workers take their time
 @pytest.mark.slow
 def test_a_supervisor_replaces_the_dead_and_stops_the_living(
     settings: Settings, database: Database
@@ -92,6 +93,7 @@ def test_a_supervisor_replaces_the_dead_and_stops_the_living(
         process.wait()
 
 
+@pytest.mark.parametrize("database_url", ["postgres"], indirect=True)  # workers take their time
 @pytest.mark.slow
 def test_a_stopped_workers_run_goes_on_elsewhere(
     database: Database, start_worker: StartWorker, make_viewport: MakeViewport, runs: Runs

@@ -63,6 +63,7 @@ def turned(scene: UInt8Array, turn_deg: tuple[float, float, float]) -> bytes:
     return as_jpeg(np.asarray(cv2.warpPerspective(scene, H, SIZE), np.uint8))
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)  # workers take their time
 def test_a_worker_finds_pointings_and_accepts_by_the_gate(
     database: Database,
     settings: Settings,

@@ -43,6 +43,7 @@ def ended(database: Database, runs: Runs, run_id: int) -> tuple[Progress, list[C
         return service.progress(session, run), clocks.suspicions(session, run_id)
 
 
+@pytest.mark.parametrize("database_url", ["postgres"], indirect=True)  # workers take their time
 def test_matches_of_a_slow_clock_are_withheld_until_it_is_corrected(
     database: Database, start_worker: StartWorker, runs: Runs, jobs: JobClient
 ) -> None:

@@ -30,6 +30,7 @@ def posed_images(database: Database, run_id: int) -> list[int]:
         return list(session.scalars(sa.select(Pose.image_id).where(Pose.run_id == run_id)))
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)  # workers take their time
 @pytest.mark.slow
 def test_a_job_that_kills_its_workers_is_given_up(
     database: Database,

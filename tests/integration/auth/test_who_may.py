@@ -147,6 +147,7 @@ def neighbour(database: Database, make_user: Callable[..., User]) -> User:
     return make_user("admin", site.id)
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)  # it walks every route
 def test_nobody_gets_nothing(
     app: FastAPI,
     anonymous: TestClient,
@@ -166,6 +167,7 @@ def test_nobody_gets_nothing(
     assert wrong == []
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)  # it walks every route
 def test_a_scope_that_is_lacking_is_refused(
     app: FastAPI,
     client_of: Callable[..., TestClient],

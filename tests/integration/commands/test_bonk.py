@@ -31,6 +31,7 @@ def dataset(shared_dir: Path, tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)  # workers take their time
 @pytest.mark.slow
 def test_an_imported_data_set_gives_the_published_poses(
     quaymark: Shell, settings: Settings, dataset: Path, tmp_path: Path

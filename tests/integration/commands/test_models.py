@@ -12,6 +12,7 @@ from tests.integration.commands.conftest import Shell
 from tests.worker_process import WorkerProcess
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)  # workers take their time
 @pytest.mark.slow
 def test_adding_waits_for_the_verdict_of_a_worker(
     quaymark: Shell, settings: Settings, tmp_path: Path, shared_dir: Path

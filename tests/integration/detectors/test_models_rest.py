@@ -42,6 +42,7 @@ def tried(client: TestClient, location: str) -> dict[str, Any]:
     return body
 
 
+@pytest.mark.parametrize("database_url", ["postgres"], indirect=True)  # workers take their time
 @pytest.mark.slow
 def test_models_are_tried_by_the_worker(
     client: TestClient, worker: WorkerProcess, shared_dir: Path

@@ -132,6 +132,7 @@ def test_a_wrong_field_is_named_and_nothing_is_asked_for(
         assert session.scalar(sa.select(sa.func.count()).select_from(Export)) == 0
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)  # workers take their time
 @pytest.mark.usefixtures("worker")
 def test_an_export_that_cannot_be_made_says_why(
     client: TestClient, database: Database, run_id: int

@@ -66,6 +66,7 @@ def key_of(database: Database, site_id: int) -> bytes:
         return session.scalars(sa.select(Site.pseudonym_key).where(Site.id == site_id)).one()
 
 
+@pytest.mark.parametrize("database_url", ["postgres"], indirect=True)  # it walks every route
 def test_no_answer_tells_a_vessel(
     app: FastAPI,
     database: Database,
