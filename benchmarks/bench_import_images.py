@@ -29,7 +29,7 @@ from tests.factories.sites import make_camera, make_site
 IMAGES = int(os.environ.get("IMAGES", "4000"))
 IMAGE_BYTES = 500_000
 PACK_BYTES = 12 << 20
-CONNECTIONS = 2
+CONNECTIONS = 3
 ROUNDS = 3
 AIM = 0.5
 SIZE = (2560, 1920)

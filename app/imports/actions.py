@@ -1,5 +1,6 @@
 """What callers do with batches: the permission, the change and the audit line together."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import BinaryIO
 
@@ -40,25 +41,52 @@ def start(
         row = service.start(session, camera, wanted.name, access.user_id)
         record(session, access, "create", "import", row.id, row.site_id, name=row.name)
     try:
-        for name, stream in files:
-            _take(place, row.id, name, stream)
+        _take(place, row.id, files)
     except BaseException:
         discard(place, access, row.id)
         raise
     return row
 
 
-def _take(place: Place, import_id: int, name: str, stream: BinaryIO) -> None:
-    size_bytes = stream.seek(0, 2)
-    stream.seek(0)
-    announced = FileIn(path=name, size_bytes=size_bytes)
-    (file,) = intake.announce(place, import_id, [announced])
-    if file.state is not FileState.WAITING:
+def _take(place: Place, import_id: int, sent: Sequence[tuple[str, BinaryIO]]) -> None:
+    """Take in the files of a form: photographs in portions, because each flush costs."""
+    if not sent:
         return
-    if paths.is_archive(file.path):
-        intake.unpack(place, import_id, file, stream)
-    else:
-        intake.stage(place, import_id, [intake.Blob(file.path, stream.read(), file.id)])
+    announced = [
+        FileIn(path=path, size_bytes=stream.seek(0, 2))
+        for path, (_, stream) in zip(_apart([name for name, _ in sent]), sent, strict=True)
+    ]
+    files = intake.announce(place, import_id, announced)
+    portion: list[intake.Blob] = []
+    held_bytes = 0
+    for file, (_, stream) in zip(files, sent, strict=True):
+        if file.state is not FileState.WAITING:
+            continue
+        stream.seek(0)
+        if paths.is_archive(file.path):
+            intake.unpack(place, import_id, file, stream)
+            continue
+        portion.append(intake.Blob(file.path, stream.read(), file.id))
+        held_bytes += file.size_bytes
+        if held_bytes >= intake.PORTION_BYTES:
+            intake.stage(place, import_id, portion)
+            portion, held_bytes = [], 0
+    if portion:
+        intake.stage(place, import_id, portion)
+
+
+def _apart(names: Sequence[str]) -> list[str]:
+    """Return paths for the files of a form, which may have one name several times.
+
+    Forms tell no folders, and cameras begin to count anew in each: a name that comes again is
+    taken as of a folder of its own.
+    """
+    seen: Counter[str] = Counter()
+    found = []
+    for name in names:
+        seen[name] += 1
+        found.append(name if seen[name] == 1 else f"{seen[name]}/{name}")
+    return found
 
 
 def announce(

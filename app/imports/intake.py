@@ -124,21 +124,19 @@ def _begin_anew(present: ImportFile, values: dict[str, Any]) -> None:
     present.media_type = present.width_px = present.height_px = present.exif_at = None
 
 
-def stage(place: Place, import_id: int, blobs: Sequence[Blob]) -> None:
-    """Check and store the bytes of announced files, and note what they are.
+def stage(place: Place, import_id: int, blobs: Sequence[Blob]) -> list[dict[str, Any]]:
+    """Check and store the bytes of announced files, and note what they are; returns what changed.
 
     Raises StorageFull with all of them still waited for, Conflict for a batch that is closed.
     """
-    rows = _store(place, blobs)
+    changes = [
+        {**facts, "id": blob.file_id, "received_bytes": len(blob.data)}
+        for blob, facts in zip(blobs, _store(place, blobs), strict=True)
+    ]
     with place.database.writing() as session:
         open_import(session, import_id)
-        repository.update_files(
-            session,
-            [
-                {**facts, "id": blob.file_id, "received_bytes": len(blob.data)}
-                for blob, facts in zip(blobs, rows, strict=True)
-            ],
-        )
+        repository.update_files(session, changes)
+    return changes
 
 
 def _store(place: Place, blobs: Sequence[Blob]) -> list[dict[str, Any]]:

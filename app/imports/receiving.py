@@ -39,9 +39,8 @@ def receive_pack(
         if file.state is FileState.WAITING:
             blobs.append(Blob(file.path, body[at : at + file.size_bytes], file.id))
         at += file.size_bytes
-    if blobs:
-        intake.stage(place, import_id, blobs)
-    return _files(place, import_id, file_ids)
+    _stage(place, import_id, wanted, blobs)
+    return wanted
 
 
 def receive_piece(
@@ -63,6 +62,10 @@ def receive_piece(
     reached = offset + len(body)
     if not body or reached > file.size_bytes:
         raise Invalid.field("offset", f"the file was announced with {file.size_bytes} bytes")
+    if len(body) == file.size_bytes and not paths.is_archive(file.path):
+        # Nothing to put together: it need not be written, flushed and read as a piece first.
+        _stage(place, import_id, [file], [Blob(file.path, body, file.id)])
+        return file
     parts = Parts(place.settings.storage_url)
     parts.put(import_id, file_id, offset, body)
     if reached < file.size_bytes:
@@ -83,6 +86,18 @@ def ids_of(text: str) -> list[int]:
     if len(ids) > MOST_IN_A_PACK or len(ids) != len(set(ids)):
         raise Invalid.field("files", f"must be up to {MOST_IN_A_PACK} ids, each once")
     return ids
+
+
+def _stage(
+    place: Place, import_id: int, files: Sequence[ImportFile], blobs: Sequence[Blob]
+) -> None:
+    """Take blobs in, and let the rows that were read before tell what became of them."""
+    if not blobs:
+        return
+    by_id = {file.id: file for file in files}
+    for change in intake.stage(place, import_id, blobs):
+        for name, value in change.items():
+            setattr(by_id[change["id"]], name, value)
 
 
 def _finish(place: Place, parts: Parts, file: ImportFile) -> None:

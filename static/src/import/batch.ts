@@ -13,7 +13,7 @@ import { PACK_BYTES, isInPieces, packed } from "./packs";
 type ServerFile = components["schemas"]["FileOut"];
 
 const ANNOUNCED_AT_ONCE = 1000;
-const AT_ONCE = 2;
+const AT_ONCE = 3;
 const LONGEST_PAUSE_MS = 15_000;
 const HASHED_UP_TO = 64 * 2 ** 20;
 const PASSING: ReadonlySet<number> = new Set([408, 425, 429, 500, 502, 503, 504, 507]);

@@ -83,15 +83,17 @@ def test_a_good_archive_is_unpacked(sender: Sender) -> None:
 
 
 def test_a_form_brings_photographs_at_once(client: TestClient, camera: Camera) -> None:
-    """One request begins a batch and brings its files, whatever their names."""
+    """One request begins a batch and brings its files, whatever their names, also one twice."""
     files = [
+        ("file", ("IMG_1.jpg", photograph(3, taken="2026:07:01 12:00:00"))),
+        ("file", ("IMG_1.jpg", photograph(4, taken="2026:07:02 12:00:00"))),
         ("file", ("C:\\card\\..\\1\r\n.jpg", PHOTO)),
         ("file", ("day.zip", zipped({"b.jpg": photograph(2, taken="2026:07:01 11:00:00")}))),
     ]
     answer = client.post(API, data={"camera_id": camera.id, "name": "Card"}, files=files)
     assert answer.status_code == 201
     preview = client.get(f"{answer.headers['location']}/preview").json()
-    assert preview["ready_count"] == 2
+    assert preview["ready_count"] == 4
 
 
 @pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)
