@@ -47,6 +47,13 @@ def level_at(session: Session, site: Site, moment: datetime) -> Level:
     return Level(_between(before, after, moment), WaterLevelSource.SERIES)
 
 
+def levels_at(session: Session, site: Site, moments: Sequence[datetime]) -> list[Level]:
+    """Return a site's water level at each of some moments; asked once where there is no series."""
+    if not repository.has_readings(session, site.id):
+        return [Level(site.water_level_m, WaterLevelSource.CONSTANT)] * len(moments)
+    return [level_at(session, site, moment) for moment in moments]
+
+
 def _between(before: Reading, after: Reading, moment: datetime) -> float:
     span_s = (after[0] - before[0]).total_seconds()
     if span_s == 0:

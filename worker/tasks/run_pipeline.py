@@ -25,7 +25,7 @@ from app.runs import batch_repository as batches
 from app.runs.batch_repository import ImageOutcome
 from app.runs.parameters import fusion_settings
 from app.runs.service import RUN_JOB
-from app.sites.water import Level, level_at
+from app.sites.water import Level, levels_at
 from app.storage import Storage
 from app.tables.detection import Detection as DetectionRow
 from app.tables.detection import DetectionSet
@@ -149,9 +149,13 @@ class RunPipeline:
                 ),
                 camera=camera,
                 frame=frame,
-                water={
-                    image.id: level_at(session, context.site, image.captured_at) for image in images
-                },
+                water=dict(
+                    zip(
+                        (image.id for image in images),
+                        levels_at(session, context.site, [image.captured_at for image in images]),
+                        strict=True,
+                    )
+                ),
                 detector=detector,
                 model_sha256=context.model.sha256,
                 settings=settings,

@@ -7,7 +7,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.db import Database
-from app.sites.water import level_at
+from app.sites.water import level_at, levels_at
 from app.tables.identity import User
 from app.tables.sites import Site
 from app.tables.water import WaterLevelSource
@@ -50,11 +50,13 @@ def test_the_level_is_read_between_readings_and_never_across_gaps(
     moment = START + timedelta(minutes=minutes)
     with database.reading() as session:
         assert level_at(session, site, moment).source is WaterLevelSource.CONSTANT
+        assert levels_at(session, site, [moment]) == [level_at(session, site, moment)]
     path = f"/api/v1/sites/{site.id}"
     stored = client.post(f"{path}/water-levels", content=TABLE)
     assert stored.status_code == 200, stored.text
     with database.reading() as session:
         level = level_at(session, site, moment)
+        assert levels_at(session, site, [moment, START]) == [level, level_at(session, site, START)]
     assert (level.level_m, level.source) == (pytest.approx(level_m), source)
     asked = client.get(f"{path}/water-level", params={"at": moment.isoformat()}).json()
     assert (asked["level_m"], asked["source"]) == (pytest.approx(level_m), source.value)
