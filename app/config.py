@@ -92,7 +92,9 @@ class Settings(MailSettings, ProviderSettings, BaseSettings):
     webhook_look_every_s: float = Field(1.0, gt=0)
 
     worker_concurrency: int = Field(1, ge=1)
-    detector_threads: int = Field(0, ge=0, description="0: as many as cores")
+    detector_threads: int = Field(
+        0, ge=0, description="0: as many as cores, for small models one less"
+    )
     detector_providers: list[str] = ["CPUExecutionProvider"]
     images_per_step: int = Field(10, ge=1, le=100)
     rehash_bytes_per_s: float = Field(
