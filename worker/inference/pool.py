@@ -45,9 +45,7 @@ def threads_for(size_bytes: int) -> int:
     Decoding takes as long as a network of this size and runs beside it, so the last core's thread
     would only wait for its turn (measured on two cores: a tenth of the CPU time of a run).
     """
-    cores = (
-        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    )
+    cores = os.cpu_count() or 1
     return max(1, cores - 1) if size_bytes < SMALL_MODEL_BYTES else cores
 
 

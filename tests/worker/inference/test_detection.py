@@ -1,6 +1,7 @@
 """Detection for real: the published weights on the published photographs."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ from app.domain.detection import Detection, DetectionSettings
 from tests.factories.onnx_models import yolox_like
 from worker.inference.detector import Detector
 from worker.inference.families import open_detector
-from worker.inference.image import decode_image
+from worker.inference.image import decode_image, decode_photograph
+from worker.inference.pool import threads_for
 from worker.inference.session import ModelRefusedError, SessionSettings
 
 ONE_THREAD = SessionSettings(threads=1)
@@ -66,6 +68,27 @@ def test_the_session_is_run_as_configured(shared_dir: Path, nano: Detector) -> N
     assert len(ours) == len(theirs)
     for one, other in zip(ours, theirs, strict=True):
         assert one.score == pytest.approx(other.score, abs=1e-3)
+
+
+def test_the_published_vessel_is_found_in_a_smaller_photograph(shared_dir: Path) -> None:
+    """Decoded at half its sides, boxes are still in the pixels of the whole photograph."""
+    settings = DetectionSettings(decoding_divisor=2)
+    detector = open_detector(shared_dir / "models/yolox_nano.onnx", "yolox", settings, ONE_THREAD)
+    data = (shared_dir / "real/bonk/image/00139255c1d7dd9c.jpg").read_bytes()
+    seen = decode_photograph(data, detector.decoding_divisor)
+    assert seen.pixels_bgr.shape == (960, 1280, 3)
+    best = detector.detect(seen.pixels_bgr, (seen.width_px, seen.height_px))[0]
+    label = json.loads((shared_dir / "real/bonk/label/00139255c1d7dd9c.json").read_text())
+    x, y, width, height = label["2d_annotation_gt"][0]["bbox"]
+    assert overlap(best, [x, y, x + width, y + height]) > 0.7
+
+
+def test_a_small_model_leaves_a_core_to_the_decoder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On four cores a small one gets three, a large one all; on one core both get it."""
+    monkeypatch.setattr(os, "cpu_count", lambda: 4)
+    assert [threads_for(size) for size in (4_000_000, 400_000_000)] == [3, 4]
+    monkeypatch.setattr(os, "cpu_count", lambda: 1)
+    assert [threads_for(size) for size in (4_000_000, 400_000_000)] == [1, 1]
 
 
 def test_a_missing_provider_is_an_error(shared_dir: Path) -> None:
