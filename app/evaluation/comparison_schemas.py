@@ -225,10 +225,9 @@ def _decided(run: Run) -> Mapping[str, tuple[str, str]]:
         "preset": ("Estimator", run.preset),
         "code_version": ("Code version", run.code_version),
     }
-    shown = setting_words.shown(run.parameters)
-    settings = {
-        name: (words.label, words.value) for name, words in zip(run.parameters, shown, strict=True)
-    }
+    told = {"decoding_divisor": 1, **run.parameters}  # older runs had no choice
+    shown = setting_words.shown(told)
+    settings = {name: (words.label, words.value) for name, words in zip(told, shown, strict=True)}
     return fixed | settings
 
 

@@ -75,7 +75,7 @@ def detector_plot(table: DetectorTableOut, class_set: str) -> Plot:
         figures = next(found for found in one.class_sets if found.class_set == class_set)
         if figures.curve:
             points = zip(RECALL_LEVELS, figures.curve["iou_50"], strict=True)
-            name = f"{one.name} (AP {figures.map_50 or 0:.3f})"
+            name = f"{one.label} (AP {figures.map_50 or 0:.3f})"
             curves.append(curve(len(curves), name, [(float(x), y) for x, y in points]))
     drawn = curves[: len(COLOURS)]
     left_out = f" The best {len(drawn)} are drawn." if len(drawn) < len(curves) else ""

@@ -1,5 +1,7 @@
 """The detector table in REST and as CSV, the paper's own beside ours."""
 
+from collections.abc import Sequence
+
 from pydantic import BaseModel, Field
 
 from app.domain.average_precision import Precision, Size
@@ -130,6 +132,7 @@ class DetectorOut(BaseModel):
 
     model_id: int
     name: str
+    label: str = Field(description="The name, and what tells it from others of the same name")
     family: str
     score_threshold: float | None = Field(description="Null: it came with its boxes")
     nms_iou: float | None
@@ -149,11 +152,12 @@ class DetectorOut(BaseModel):
     )
 
     @classmethod
-    def of(cls, one: DetectorFigures) -> "DetectorOut":
-        """Take the figures."""
+    def of(cls, one: DetectorFigures, others: Sequence[DetectorFigures]) -> "DetectorOut":
+        """Take the figures; `others` are all detectors of the table."""
         return cls(
             model_id=one.model.id,
             name=one.model.name,
+            label=_label(one, [other for other in others if other.model is one.model]),
             family=one.model.family,
             score_threshold=one.settings.score_threshold if one.settings else None,
             nms_iou=one.settings.nms_iou if one.settings else None,
@@ -166,6 +170,21 @@ class DetectorOut(BaseModel):
             class_sets=[ClassSetOut.of_set(figures) for figures in one.figures.sets],
             by_class={name: PrecisionOut.of(alone) for name, alone in one.figures.by_class.items()},
         )
+
+
+def _label(one: DetectorFigures, alike: Sequence[DetectorFigures]) -> str:
+    """Return a model's name with those of its settings that tell it from others of its rows."""
+    words = [one.model.name]
+    mine, settings = one.settings, [other.settings for other in alike]
+    for name, text in (
+        ("score_threshold", "scores from {}"),
+        ("nms_iou", "overlap up to {}"),
+        ("class_ids", "classes {}"),
+        ("decoding_divisor", "decoded at 1/{}"),
+    ):
+        if mine is not None and len({getattr(other, name, None) for other in settings}) > 1:
+            words.append(text.format(getattr(mine, name)))
+    return ", ".join(words).replace("decoded at 1/1", "whole photographs")
 
 
 class PublishedDetectorOut(BaseModel):
@@ -194,7 +213,7 @@ def detectors_out(table: DetectorTable) -> DetectorTableOut:
         images=table.images,
         images_complete=table.images_complete,
         boxes_by_class=dict(table.boxes),
-        detectors=[DetectorOut.of(one) for one in table.detectors],
+        detectors=[DetectorOut.of(one, table.detectors) for one in table.detectors],
         counting=list(COUNTING),
         paper=[
             PublishedDetectorOut(name=one.name, moving=one.moving, all=one.all_classes)

@@ -37,7 +37,11 @@ def send(client: TestClient, data: bytes, name: str = "nano", **form: object) ->
 
 def tried(client: TestClient, location: str) -> dict[str, Any]:
     """Wait until a worker has tried a model, and return it."""
-    wait_until(lambda: client.get(location).json()["status"] != "probing", what="the probe")
+    wait_until(
+        lambda: client.get(location).json()["status"] != "probing",
+        within_s=300,  # five runtimes are started one after the other
+        what="the probe",
+    )
     body: dict[str, Any] = client.get(location).json()
     return body
 
