@@ -18,7 +18,8 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, aliased
 
-from app.ais.rows import POSITION_COLUMNS, STATIC_COLUMNS, Row, arrays_of, rows_of, text_of
+from app.ais.postgres_rows import copy_of
+from app.ais.rows import POSITION_COLUMNS, STATIC_COLUMNS, Row, arrays_of, text_of
 from app.ais.sqlite_image import TABLE, database_image
 from app.domain.ais_bulk import ACCURACIES, AIS_CLASSES, SOURCES, PositionTable
 from app.domain.nmea_times import moment_of
@@ -82,7 +83,6 @@ _ARRIVING = """
 CREATE TEMPORARY TABLE arriving ON COMMIT DROP AS SELECT * FROM ais_positions LIMIT 0
 """
 _INTO_ARRIVING = _POSITIONS.replace("ais_positions", "arriving")
-_LINE = "\t".join("%s" for _ in POSITION_COLUMNS)  # none of these texts is free or says "None"
 
 
 @dataclass(frozen=True, slots=True)
@@ -288,14 +288,13 @@ def _keep_on_sqlite(
 def _keep_on_postgres(
     session: Session, origin: Origin, table: PositionTable, *, is_known_time: bool
 ) -> int:
-    line = f"{_LINE}\t{origin.site_id}\t{origin.file_id}\n"
-    text = "".join([line % row for row in rows_of(table)])
+    rows = copy_of(table, origin.site_id, origin.file_id)
     if not is_known_time:
-        _copy(session, f"COPY {_POSITIONS} FROM STDIN (NULL 'None')", text)
+        _copy(session, f"COPY {_POSITIONS} FROM STDIN (FORMAT BINARY)", rows)
         return len(table)
     connection = session.connection()
     connection.exec_driver_sql(_ARRIVING)
-    _copy(session, f"COPY {_INTO_ARRIVING} FROM STDIN (NULL 'None')", text)
+    _copy(session, f"COPY {_INTO_ARRIVING} FROM STDIN (FORMAT BINARY)", rows)
     keep = origin.told_in(
         _KEEP + _UNLESS_KNOWN, arriving="arriving", columns=", ".join(POSITION_COLUMNS)
     )
@@ -306,13 +305,13 @@ def _sqlite(session: Session) -> sqlite3.Connection:
     return session.connection().connection.driver_connection  # type: ignore[return-value]  # as the engine is SQLite's
 
 
-def _copy(session: Session, statement: str, rows: str | Sequence[Row]) -> None:
+def _copy(session: Session, statement: str, rows: Iterable[bytes] | Iterable[Row]) -> None:
     connection = session.connection()
     connection.exec_driver_sql(_POSTGRES_ZONE)
     driver: psycopg.Connection[Any] = connection.connection.driver_connection  # type: ignore[assignment]  # as the engine is psycopg's
     with driver.cursor() as cursor, cursor.copy(statement) as copy:
-        if isinstance(rows, str):
-            copy.write(rows)
-        else:
-            for row in rows:
-                copy.write_row(row)
+        for some in rows:
+            if isinstance(some, bytes):
+                copy.write(some)
+            else:
+                copy.write_row(some)

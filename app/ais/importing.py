@@ -223,9 +223,10 @@ def _stored(
 
 
 def _write(database: Database, origin: Origin, batch: RowBatch) -> int:
-    positions = batch.positions()  # before the turn: others may write meanwhile
+    # Made before the turn: others may write meanwhile.
+    positions, statics = batch.positions(), batch.static_rows()
     with turn_to_write(database), database.writing() as session:
-        import_repository.add_statics(session, origin, batch.statics)
+        import_repository.add_statics(session, origin, statics)
         if positions is None:
             return 0
         return import_repository.add_positions(session, origin, positions)

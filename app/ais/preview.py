@@ -71,7 +71,7 @@ class Preview:
     @property
     def vessel_count(self) -> int:
         """How many vessels the portion speaks of."""
-        return len(self.summary.vessels)
+        return self.summary.vessel_count
 
 
 def preview(

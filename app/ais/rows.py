@@ -13,9 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from app.domain.ais import PositionReport, StaticReport
-from app.domain.ais_bulk import ACCURACIES, AIS_CLASSES, SOURCES, PositionTable
+from app.domain.ais_bulk import PositionTable
+from app.domain.arrays import FloatArray
 from app.domain.cells import cells_of
+from app.domain.nmea_bulk import Decoded
 from app.domain.payload_bits import IntArray
+from app.domain.static_table import StaticTable
 
 Row = tuple[Any, ...]
 Arrays = Mapping[str, npt.NDArray[np.generic]]
@@ -56,31 +59,35 @@ class RowBatch:
     """Rows gathered until there are enough for a transaction; they fit into memory."""
 
     def __init__(self) -> None:
-        self._tables: list[PositionTable] = []
+        self._position_tables: list[PositionTable] = []
         self._positions: list[PositionReport] = []
+        self._static_tables: list[StaticTable] = []
+        self._statics: list[StaticReport] = []
         self._count = 0
-        self.statics: list[Row] = []
 
     @property
     def is_full(self) -> bool:
         """Whether it is time to write them."""
         return self._count >= _MOST
 
-    def add(self, report: PositionTable | PositionReport | StaticReport) -> None:
+    def add(self, report: Decoded) -> None:
         """Add a report, or many."""
         if isinstance(report, PositionTable):
-            self._tables.append(report)
+            self._position_tables.append(report)
             self._count += len(report)
-            return
-        self._count += 1
-        if isinstance(report, StaticReport):
-            self.statics.append(_static_row(report))
+        elif isinstance(report, StaticTable):
+            self._static_tables.append(report)
+            self._count += len(report)
         else:
-            self._positions.append(report)
+            self._count += 1
+            if isinstance(report, StaticReport):
+                self._statics.append(report)
+            else:
+                self._positions.append(report)
 
     def positions(self) -> PositionTable | None:
         """Return the positions, if any: those of one place and vessel stand together."""
-        tables = self._tables
+        tables = self._position_tables
         if self._positions:
             tables = [*tables, PositionTable.of(self._positions)]
         if not tables:
@@ -88,6 +95,16 @@ class RowBatch:
         table = PositionTable.joined(tables)
         cells = cells_of(table.lat_deg, table.lon_deg)
         return table.chosen(np.lexsort((table.fix_us, table.mmsi, cells)))
+
+    def static_rows(self) -> list[Row]:
+        """Return the static reports as rows: those of one vessel stand together."""
+        tables = self._static_tables
+        if self._statics:
+            tables = [*tables, StaticTable.of(self._statics)]
+        if not tables:
+            return []
+        table = StaticTable.joined(tables)
+        return list(_static_rows_of(table.chosen(np.argsort(table.mmsi, kind="stable"))))
 
 
 def arrays_of(table: PositionTable) -> Arrays:
@@ -108,41 +125,31 @@ def arrays_of(table: PositionTable) -> Arrays:
     return {name: arrays[name] for name in POSITION_COLUMNS}
 
 
-def rows_of(table: PositionTable) -> Iterator[Row]:
-    """Yield rows in the order of `POSITION_COLUMNS`."""
-    arrays = arrays_of(table)
-    lists = {
-        "ais_class": AIS_CLASSES,
-        "high_accuracy": ACCURACIES,
-        "fix_time_source": [source.value for source in SOURCES],
-    }
-    columns = []
-    for name, array in arrays.items():
-        column = array.view("S26")[:, 0].astype(str) if array.ndim == 2 else array
-        if name in lists:
-            column = np.array(lists[name], dtype=np.object_)[array]
-        elif array.dtype == np.float64:
-            column = array.astype(np.object_)
-            column[np.isnan(array)] = None  # type: ignore[assignment]  # an array of objects holds it
-        columns.append(column.tolist())
-    return zip(*columns, strict=True)
-
-
-def _static_row(report: StaticReport) -> Row:
-    """In the order of `STATIC_COLUMNS`."""
-    return (
-        report.mmsi,
-        text_of(report.received_at),
-        printable(report.name, 64),
-        printable(report.callsign, 16),
-        in_range(report.imo),
-        in_range(report.ship_type),
-        report.to_bow_m,
-        report.to_stern_m,
-        report.to_port_m,
-        report.to_starboard_m,
-        report.mothership_mmsi,
+def _static_rows_of(table: StaticTable) -> Iterator[Row]:
+    """Yield rows in the order of `STATIC_COLUMNS`."""
+    return zip(
+        table.mmsi.tolist(),
+        _texts(_letters(table.received_us)),
+        [printable(name, 64) for name in table.name.tolist()],
+        [printable(callsign, 16) for callsign in table.callsign.tolist()],
+        map(in_range, table.imo.tolist()),
+        map(in_range, table.ship_type.tolist()),
+        *map(_values, (table.to_bow_m, table.to_stern_m, table.to_port_m, table.to_starboard_m)),
+        table.mothership_mmsi.tolist(),
+        strict=True,
     )
+
+
+def _texts(letters: npt.NDArray[np.generic]) -> list[Any]:
+    """Return (n, 26) ASCII as texts."""
+    texts: list[Any] = letters.view("S26")[:, 0].astype(str).tolist()
+    return texts
+
+
+def _values(column: FloatArray) -> list[Any]:
+    """Return numbers, None for NaN."""
+    values: list[Any] = np.where(np.isnan(column), None, column.astype(np.object_)).tolist()  # type: ignore[call-overload]  # an array of objects holds it
+    return values
 
 
 def printable(text: str | None, longest: int) -> str | None:

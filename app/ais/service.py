@@ -133,7 +133,7 @@ def inspect(
             formats.add(recording.format)
     return {
         **accounting.as_dict(),
-        "vessels": len(summary.vessels),
+        "vessels": summary.vessel_count,
         "first": _iso(summary.first),
         "last": _iso(summary.last),
         "formats": sorted(formats),

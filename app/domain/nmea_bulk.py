@@ -21,8 +21,9 @@ from app.domain.nmea_lines import split_blocks, split_lines
 from app.domain.nmea_units import Units
 from app.domain.payload_bits import BoolArray
 from app.domain.static_bulk import STATIC_TYPES, StaticBits
+from app.domain.static_table import StaticTable
 
-Decoded = PositionTable | PositionReport | StaticReport
+Decoded = PositionTable | StaticTable | PositionReport | StaticReport
 
 _IGNORED, _POSITION, _STATIC, _OTHER = range(4)
 _KINDS = np.full(256, _IGNORED)
@@ -153,13 +154,11 @@ class _Block:
         return joined
 
     def reports(self) -> Iterator[Decoded]:
-        """Yield the reports that are no repeats: positions as a table, statics one by one."""
+        """Yield the reports that are no repeats, as tables."""
         first = self.wanted[self.is_first]
         positions = np.flatnonzero(np.isin(self._positions, first, assume_unique=True))
         if positions.size:
             received_us = self.units.received_us[self._positions[positions]]
             yield self._position_bits.table(positions, received_us)
         statics = np.flatnonzero(np.isin(self._statics, first, assume_unique=True))
-        yield from self._static_bits.reports(
-            statics, self.units.received_us[self._statics[statics]]
-        )
+        yield from self._static_bits.tables(statics, self.units.received_us[self._statics[statics]])

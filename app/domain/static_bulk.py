@@ -1,20 +1,18 @@
 """Static payloads by the thousand: the fields of messages 5 and 24, read as columns.
 
-What `ais_bulk` is for positions, but there are far fewer of them: so the columns end as reports,
-one by one. Only what is usable becomes a report; the rest (cut short, not a vessel, a third part of
-message 24) is for `ais_payload`, which knows its bucket.
+What `ais_bulk` is for positions. Only what is usable becomes a row; the rest (cut short, not a
+vessel, a third part of message 24) is for `ais_payload`, which knows its bucket.
 
 Source: ITU-R M.1371-5, Annex 8 (tables 52, 79, 80); bit offsets count from 0.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from datetime import datetime
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from app.domain import ais
-from app.domain.ais import StaticReport
-from app.domain.nmea_times import moment_of
+from app.domain.arrays import FloatArray
 from app.domain.payload_bits import (
     BoolArray,
     IntArray,
@@ -23,12 +21,11 @@ from app.domain.payload_bits import (
     are_within,
     letters_of,
 )
+from app.domain.static_table import ObjectArray, StaticTable
 
 STATIC_TYPES = b"5H"  # as their armoured first letter has them
 _LETTERS_READ = 46  # all fields end before bit 276
-
-_Size = tuple[float | None, float | None, float | None, float | None]  # A, B, C, D
-_NO_SIZE: _Size = (None, None, None, None)
+_SIZES = ("to_bow_m", "to_stern_m", "to_port_m", "to_starboard_m")  # A, B, C, D
 
 
 class StaticBits:
@@ -45,52 +42,60 @@ class StaticBits:
         self._kind = np.select(is_of, range(len(_READERS)), -1)
         self.usable: BoolArray = np.select(is_of, lengths, default=False) & are_vessels(bits.mmsi)
 
-    def reports(self, chosen: IntArray, received_us: IntArray) -> Iterator[StaticReport]:
+    def tables(self, chosen: IntArray, received_us: IntArray) -> Iterator[StaticTable]:
         """Yield the chosen payloads' reports; `received_us` belongs to the chosen."""
         for kind, read in enumerate(_READERS):
             at = np.flatnonzero(self._kind[chosen] == kind)
             if at.size:
                 payloads = [self._payloads[i] for i in chosen[at].tolist()]
                 bits = PayloadBits(letters_of(payloads, _LETTERS_READ))
-                yield from read(bits, map(moment_of, received_us[at].tolist()))
+                yield StaticTable.saying(bits.mmsi, received_us[at], **read(bits))
 
 
-def _voyages(bits: PayloadBits, received_at: Iterable[datetime]) -> Iterator[StaticReport]:
+def _voyages(bits: PayloadBits) -> dict[str, Any]:
     """Type 5."""
-    columns = (bits.text(112, 120), bits.text(70, 42), _known(bits, 40, 30), _known(bits, 232, 8))
-    for mmsi, moment, size, *rest in zip(
-        bits.mmsi.tolist(), received_at, _sizes(bits, 240), *columns, strict=True
-    ):
-        yield StaticReport(mmsi, moment, *rest, *size)
+    return {
+        "name": bits.text(112, 120),
+        "callsign": bits.text(70, 42),
+        "imo": _known(bits, 40, 30),
+        "ship_type": _known(bits, 232, 8),
+        **_sizes(bits, 240),
+    }
 
 
-def _names(bits: PayloadBits, received_at: Iterable[datetime]) -> Iterator[StaticReport]:
+def _names(bits: PayloadBits) -> dict[str, Any]:
     """Type 24, part A."""
-    columns = bits.mmsi.tolist(), received_at, bits.text(40, 120)
-    for mmsi, moment, name in zip(*columns, strict=True):
-        yield StaticReport(mmsi, moment, name, None, None, None, *_NO_SIZE)
+    return {"name": bits.text(40, 120)}
 
 
-def _others(bits: PayloadBits, received_at: Iterable[datetime]) -> Iterator[StaticReport]:
+def _others(bits: PayloadBits) -> dict[str, Any]:
     """Type 24, part B: an auxiliary craft's has its mother ship in place of the size."""
-    columns = (bits.text(90, 42), _known(bits, 40, 8), _sizes(bits, 132), _known(bits, 132, 30))
-    for mmsi, moment, callsign, ship_type, size, mothership in zip(
-        bits.mmsi.tolist(), received_at, *columns, strict=True
-    ):
-        if mmsi in ais.AUXILIARY_MMSI:
-            yield StaticReport(mmsi, moment, None, callsign, None, ship_type, *_NO_SIZE, mothership)
-        else:
-            yield StaticReport(mmsi, moment, None, callsign, None, ship_type, *size)
+    is_auxiliary = are_within(bits.mmsi, ais.AUXILIARY_MMSI)
+    sizes = _sizes(bits, 132)
+    mothership_mmsi = _known(bits, 132, 30)
+    mothership_mmsi[~is_auxiliary] = None
+    return {
+        "callsign": bits.text(90, 42),
+        "ship_type": _known(bits, 40, 8),
+        **{name: np.where(is_auxiliary, np.nan, size_m) for name, size_m in sizes.items()},
+        "mothership_mmsi": mothership_mmsi,
+    }
 
 
-def _known(bits: PayloadBits, start: int, width: int) -> list[int | None]:
-    return [ais.positive_or_none(raw) for raw in bits.unsigned(start, width).tolist()]
+def _known(bits: PayloadBits, start: int, width: int) -> ObjectArray:
+    """Return identifiers: `ais.positive_or_none` by column."""
+    raw = bits.unsigned(start, width)
+    known: ObjectArray = raw.astype(np.object_)
+    known[raw == 0] = None
+    return known
 
 
-def _sizes(bits: PayloadBits, start: int) -> list[_Size]:
+def _sizes(bits: PayloadBits, start: int) -> dict[str, FloatArray]:
+    """Return the distances of an antenna: `ais.antenna_distances_m` by column."""
     widths = ((0, 9), (9, 9), (18, 6), (24, 6))
-    columns = (bits.unsigned(start + offset, width).tolist() for offset, width in widths)
-    return [ais.antenna_distances_m(*size) for size in zip(*columns, strict=True)]
+    raw = np.stack([bits.unsigned(start + offset, width) for offset, width in widths])
+    sizes_m = np.where(raw.any(axis=0), raw, np.nan)
+    return dict(zip(_SIZES, sizes_m, strict=True))
 
 
 _READERS = (_voyages, _names, _others)

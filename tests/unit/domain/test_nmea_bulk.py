@@ -4,6 +4,7 @@ import gzip
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ from app.domain.nmea_lines import LONGEST_LINE, split_blocks, split_lines
 from app.domain.nmea_times import moment_of
 from app.domain.payload_bits import letters_of
 from app.domain.static_bulk import StaticBits
+from app.domain.static_table import StaticTable
 from tests.factories.nmea_text import POSITION, VOYAGE, encoded, pghp, sentence, tag_block
 
 RECORDINGS = (
@@ -65,12 +67,27 @@ def rows(table: PositionTable) -> Iterable[PositionReport]:
         yield PositionReport(**dict(zip(columns, values, strict=True)))
 
 
+def static_rows(table: StaticTable) -> Iterable[StaticReport]:
+    """Return a table's rows as reports."""
+    columns = {name: getattr(table, name).tolist() for name in table.__dataclass_fields__}
+    columns["received_at"] = list(map(moment_of, columns.pop("received_us")))
+    for values in zip(*columns.values(), strict=True):
+        said = dict(zip(columns, values, strict=True))
+        sizes = {n: None for n, v in said.items() if isinstance(v, float) and math.isnan(v)}
+        yield StaticReport(**(said | sizes))
+
+
 def in_bulk(chunks: Sequence[bytes]) -> Outcome:
     """Decode in bulk."""
     decoder = NmeaDecoder()
     reports: Counter[PositionReport | StaticReport] = Counter()
     for decoded in decode_recording(chunks, decoder):
-        reports.update(rows(decoded) if isinstance(decoded, PositionTable) else [decoded])
+        if isinstance(decoded, PositionTable):
+            reports.update(rows(decoded))
+        elif isinstance(decoded, StaticTable):
+            reports.update(static_rows(decoded))
+        else:
+            reports.update([decoded])
     return reports, decoder.accounting
 
 
@@ -175,6 +192,10 @@ ENDS = ["\n", "\r\n", ",1714564807\n", ",1714564807,x\r\n", " \n", ""]
 # A time on its way to the next sentence, within a block and from one to the next.
 @example([TIMES[4] + "\n", POSITION_LINE + ",1714564807\n"], 3000, 0)
 @example([TIMES[0] + "\n", POSITION_LINE + ",1714564807\n"], len(TIMES[0]) + 1, 0)
+# A sentence cut off where the text ends, and a line too short for what its first letter promises.
+@example([TIMES[0] + POSITION_LINE[:20]], 3000, 0)
+@example([TIMES[0] + POSITION_LINE + "\n", "$"], 3000, 0)
+@example(["$\n", "$P\n", "\\\n", "!\n", TIMES[0] + POSITION_LINE + "\n"], 3000, 0)
 # The memory of repeats and the parts of a message across what is read in bulk.
 @example([TIMES[0] + POSITION_LINE + "\n", POSITION_LINE + ",1714564807,x\n"] * 2, 3000, 0)
 @example([*VOYAGE_LINES[:1], *[POSITION_LINE + ",1714564807\n"] * 100, *VOYAGE_LINES[1:]], 9000, 0)
@@ -233,7 +254,8 @@ def test_static_payloads_mean_what_the_reference_says(
             expected.update(decode_payload(payload.encode(), fill, moment_of(received_us)) or ())
         except RejectedMessageError:
             continue
-    assert Counter(bits.reports(chosen, np.full(chosen.size, received_us))) == expected
+    tables = bits.tables(chosen, np.full(chosen.size, received_us))
+    assert Counter(chain.from_iterable(map(static_rows, tables))) == expected
 
 
 @settings(deadline=None)
