@@ -1,19 +1,20 @@
 """SQL of the map: what moved in a stretch of time, who it was, and when there is AIS at all."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import datetime
 
 import sqlalchemy as sa
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.ais.area import Area
+from app.ais.moving_fixes import CLASSES, SOURCES, UNKNOWN
 from app.ais.report_repository import Readable, visible, within
 from app.tables.ais import AisPosition, Vessel
 
 AT_ONCE = 10_000
+_ROWS_AT_ONCE = 100  # so many stay in a processor's cache until they are columns
 JULIAN_DAY_OF_1970 = 2_440_587.5
 SECONDS_A_DAY = 86_400.0
-Moving = tuple[int, float, float, float, float | None, float | None, float | None, str, str | None]
 
 
 def seconds_since_1970(session: Session) -> sa.ColumnElement[float]:
@@ -31,11 +32,12 @@ def moving(
     end: datetime,
     area: Area | None,
     most: int,
-) -> Iterable[Moving]:
-    """Return what the map draws of positions, oldest first: MMSI, time, place, motion, class.
+) -> Iterator[Sequence[float]]:
+    """Yield what the map draws of positions, rows of `moving_fixes.COLUMNS`, the oldest first.
 
-    Times are seconds since 1970, as the database gives them: a moment's object for each of a
-    hundred thousand rows takes longer than all the rest.
+    All are numbers, as the database gives them, times seconds since 1970: an object for each of a
+    hundred thousand moments or names takes longer than all the rest. So do SQLAlchemy's own rows,
+    which is why these come from the cursor.
     """
     statement = (
         sa.select(
@@ -43,17 +45,29 @@ def moving(
             seconds_since_1970(session),
             AisPosition.lat_deg,
             AisPosition.lon_deg,
-            AisPosition.sog_kn,
-            AisPosition.cog_deg,
-            AisPosition.heading_deg,
-            AisPosition.fix_time_source,
-            AisPosition.ais_class,
+            sa.func.coalesce(AisPosition.sog_kn, UNKNOWN),
+            sa.func.coalesce(AisPosition.cog_deg, UNKNOWN),
+            sa.func.coalesce(AisPosition.heading_deg, UNKNOWN),
+            _number_of(AisPosition.fix_time_source, SOURCES),
+            _number_of(AisPosition.ais_class, CLASSES),
         )
         .where(visible(AisPosition.site_id, readable), *within(start, end, area))
         .order_by(AisPosition.fix_time)
         .limit(most)
     )
-    return session.execute(statement.execution_options(yield_per=AT_ONCE))
+    cursor = session.connection().execute(statement).cursor
+    while cursor is not None and (rows := cursor.fetchmany(_ROWS_AT_ONCE)):
+        yield from rows
+
+
+def _number_of(
+    column: InstrumentedAttribute[str] | InstrumentedAttribute[str | None],
+    names: Sequence[str | None],
+) -> sa.ColumnElement[int]:
+    """Return a name's index in a list, 0 for what is not in it."""
+    return sa.case(
+        *((column == name, number) for number, name in enumerate(names) if number), else_=0
+    )
 
 
 def vessels(session: Session, mmsis: Collection[int]) -> Mapping[int, Vessel]:

@@ -3,11 +3,12 @@
 from datetime import timedelta
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Response
 
 from app.ais import coverage_router, map_repository
 from app.ais.area import Area
 from app.ais.fields_of_view import seen_from
+from app.ais.map_answer import as_json
 from app.ais.map_schemas import FieldOfViewOut, StretchOut
 from app.ais.map_tracks import MOST_SENT, stretch
 from app.ais.moments import Moment
@@ -23,7 +24,7 @@ HALF_AN_HOUR = timedelta(minutes=30)
 Reader = Annotated[Access, allowed(Scope.READ)]
 
 
-@router.get("/sites/{site_id}/ais/tracks")
+@router.get("/sites/{site_id}/ais/tracks", response_model=StretchOut)
 def list_ais_tracks(
     site_id: int,
     session: SessionDep,
@@ -43,7 +44,7 @@ def list_ais_tracks(
     points: Annotated[
         int, Query(ge=100, le=MOST_SENT, description="At most about so many points in all")
     ] = MOST_SENT,
-) -> StretchOut:
+) -> Response:
     """Return all tracks heard around a site in a stretch of time, thinned for a map.
 
     Points are whole numbers, each the difference from the one before, so that a thousand tracks
@@ -64,7 +65,7 @@ def list_ais_tracks(
         tolerance_m,
         points,
     )
-    return StretchOut.of(found, view.identities)
+    return Response(as_json(found, view.identities), media_type="application/json")
 
 
 @router.get("/sites/{site_id}/fields-of-view")

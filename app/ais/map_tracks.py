@@ -5,17 +5,18 @@ be exceeded, all tracks are thinned more until it is not; where the first is, th
 when it reaches.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
+import numpy as np
 from sqlalchemy.orm import Session
 
 from app.ais import map_repository
 from app.ais.area import Area
+from app.ais.moving_fixes import MovingFixes
 from app.ais.report_repository import Readable
-from app.ais.thinning import Fix, thinned
+from app.ais.thinning import thinned
 from app.ais.track import LONGEST_SILENCE
 from app.ais.track_doubts import doubts_of
 from app.domain.plausibility import Doubt
@@ -28,25 +29,20 @@ MOST_SENT = 60_000
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
-    """A vessel's thinned track; `vessel` is None for one that nothing else is known of."""
-
-    mmsi: int
-    vessel: Vessel | None
-    ais_class: str | None
-    fixes: list[Fix]
-    doubts: list[Doubt]
-
-
-@dataclass(frozen=True, slots=True)
 class Stretch:
-    """All tracks between two moments; `read_until` is earlier than `end` where it was too much."""
+    """All tracks between two moments; `read_until` is earlier than `end` where it was too much.
+
+    `fixes` are the thinned tracks, seconds since `start`. `vessels` has what is known of vessels,
+    `doubts` what is not plausible of them, if anything.
+    """
 
     start: datetime
     end: datetime
     read_until: datetime
     tolerance_m: float
-    tracks: list[Moved]
+    fixes: MovingFixes
+    vessels: Mapping[int, Vessel]
+    doubts: Mapping[int, list[Doubt]]
 
 
 def stretch(
@@ -64,45 +60,34 @@ def stretch(
     """
     if not timedelta(0) < end - start <= LONGEST_STRETCH:
         raise Invalid.field("to", "must come after `from`, by at most six hours")
-    fixes: dict[int, list[Fix]] = {}
-    classes: dict[int, str | None] = {}
-    start_s = start.timestamp()
-    since_s, count = 0.0, 0
-    for row in map_repository.moving(session, readable, start, end, area, MOST_READ):
-        mmsi, epoch_s, lat_deg, lon_deg, sog_kn, cog_deg, heading_deg, source, ais_class = row
-        since_s = round(epoch_s - start_s, 2)
-        fix = Fix(since_s, lat_deg, lon_deg, sog_kn, cog_deg, heading_deg, source)
-        own = fixes.setdefault(mmsi, [])
-        count += 1
-        # The same fix may stand in a site's file and in one shared by all.
-        if not own or own[-1].time_s < fix.time_s:
-            own.append(fix)
-        classes[mmsi] = ais_class or classes.get(mmsi)
+    rows = map_repository.moving(session, readable, start, end, area, MOST_READ)
+    read = MovingFixes.of(rows, start.timestamp())
+    is_cut = len(read) >= MOST_READ
+    fixes = read.once()
     kept, tolerance_m = _fitted(fixes, tolerance_m, most)
-    vessels = map_repository.vessels(session, kept)
+    mmsis = np.unique(kept.mmsi).tolist()
     return Stretch(
         start=start,
         end=end,
-        read_until=start + timedelta(seconds=since_s) if count >= MOST_READ else end,
+        read_until=start + timedelta(seconds=float(read.time_s.max())) if is_cut else end,
         tolerance_m=tolerance_m,
-        tracks=[
-            Moved(mmsi, vessels.get(mmsi), classes[mmsi], own, doubts_of(mmsi, fixes[mmsi], start))
-            for mmsi, own in kept.items()
-        ],
+        fixes=kept,
+        vessels=map_repository.vessels(session, mmsis),
+        doubts=doubts_of(fixes, start),
     )
 
 
-def _fitted(
-    fixes: Mapping[int, list[Fix]], tolerance_m: float, most: int
-) -> tuple[dict[int, list[Fix]], float]:
+def _fitted(fixes: MovingFixes, tolerance_m: float, most: int) -> tuple[MovingFixes, float]:
     """Thin until no more than `most` points are left, or each track is as short as it can be."""
     silence_s = LONGEST_SILENCE.total_seconds()
-    kept = dict(fixes)
     while True:
-        kept = {
-            mmsi: thinned(own, tolerance_m, math.cos(math.radians(own[0].lat_deg)), silence_s)
-            for mmsi, own in kept.items()
-        }
-        if sum(map(len, kept.values())) <= most or tolerance_m > 10_000:
-            return kept, tolerance_m
+        columns = [each.tolist() for each in (fixes.time_s, fixes.lat_deg, fixes.lon_deg)]
+        kept = [
+            own.start + index
+            for own in fixes.slices()
+            for index in thinned(*(column[own] for column in columns), tolerance_m, silence_s)
+        ]
+        fixes = fixes.taken(np.array(kept, dtype=np.int64))
+        if len(fixes) <= most or tolerance_m > 10_000:
+            return fixes, tolerance_m
         tolerance_m *= 2

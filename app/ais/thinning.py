@@ -5,64 +5,54 @@ as between the last two kept points. One is kept every few minutes whatever happ
 vessel at its berth does not look silent; and the points beside a silence are always kept.
 """
 
+import math
 from collections.abc import Sequence
-from typing import NamedTuple
-
-from app.domain.ais import FixTimeSource
 
 LONGEST_STEP_S = 240.0
 METRES_PER_DEG = 111_320.0
 
 
-class Fix(NamedTuple):
-    """Where a vessel was: seconds since any moment, degrees, knots; None for what is unknown."""
-
-    time_s: float
-    lat_deg: float
-    lon_deg: float
-    sog_kn: float | None
-    cog_deg: float | None
-    heading_deg: float | None
-    source: str = FixTimeSource.PROMPT
-
-
 def thinned(
-    fixes: Sequence[Fix], tolerance_m: float, across: float, longest_silence_s: float
-) -> list[Fix]:
-    """Return the fixes that a drawing needs, in their order.
+    time_s: Sequence[float],
+    lat_deg: Sequence[float],
+    lon_deg: Sequence[float],
+    tolerance_m: float,
+    longest_silence_s: float,
+) -> list[int]:
+    """Return which fixes of a vessel a drawing needs, in their order.
 
     Args:
-        fixes: of one vessel, oldest first.
+        time_s: of its fixes, the oldest first; there is one at least.
+        lat_deg: where they are.
+        lon_deg: where they are.
         tolerance_m: how far the drawn track may be from the reported one.
-        across: cosine of the latitude, for metres per degree of longitude.
         longest_silence_s: a longer step is a silence: the points on both sides stay.
 
     """
-    if len(fixes) < 3:
-        return list(fixes)
-    kept = [fixes[0]]
-    speed = (0.0, 0.0)  # degrees a second from the last kept point on
+    if len(time_s) < 3:
+        return list(range(len(time_s)))
+    across = math.cos(math.radians(lat_deg[0]))  # degrees of longitude as those of latitude
     limit = (tolerance_m / METRES_PER_DEG) ** 2
-    before = fixes[0]
-    for fix in fixes[1:]:
-        last = kept[-1]
-        if fix.time_s - before.time_s > longest_silence_s:
-            if before is not last:
-                kept.append(before)
-            kept.append(fix)
-            speed = (0.0, 0.0)
+    kept = [0]
+    last_s, last_lat, last_lon = time_s[0], lat_deg[0], lon_deg[0]
+    north_speed = east_speed = 0.0  # degrees a second from the last kept point on
+    before_s = last_s
+    for index, (at_s, lat, lon) in enumerate(zip(time_s, lat_deg, lon_deg, strict=True)):
+        since_s = at_s - last_s
+        if at_s - before_s > longest_silence_s:
+            if kept[-1] != index - 1:
+                kept.append(index - 1)
+            north_speed = east_speed = 0.0
         else:
-            since_s = fix.time_s - last.time_s
-            north = fix.lat_deg - last.lat_deg - speed[0] * since_s
-            east = (fix.lon_deg - last.lon_deg - speed[1] * since_s) * across
-            if since_s >= LONGEST_STEP_S or north * north + east * east > limit:
-                if since_s > 0:
-                    speed = (
-                        (fix.lat_deg - last.lat_deg) / since_s,
-                        (fix.lon_deg - last.lon_deg) / since_s,
-                    )
-                kept.append(fix)
-        before = fix
-    if kept[-1] is not before:
-        kept.append(before)
+            north = lat - last_lat - north_speed * since_s
+            east = (lon - last_lon - east_speed * since_s) * across
+            if since_s < LONGEST_STEP_S and north * north + east * east <= limit:
+                before_s = at_s
+                continue
+            if since_s > 0:
+                north_speed, east_speed = (lat - last_lat) / since_s, (lon - last_lon) / since_s
+        kept.append(index)
+        last_s, last_lat, last_lon, before_s = at_s, lat, lon, at_s
+    if kept[-1] != len(time_s) - 1:
+        kept.append(len(time_s) - 1)
     return kept

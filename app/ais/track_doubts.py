@@ -4,65 +4,76 @@ A few late reports are no doubt of a vessel: every receiver has them. Only a clo
 most of its reports is.
 
 Nearly all steps of nearly all tracks are plausible at a glance: shorter than the fastest craft
-could have made them. Only the reports around the others are judged by the domain's rules.
+could have made them. All steps are glanced at together, and only the reports around the others are
+judged by the domain's rules.
 """
 
-import math
 from collections.abc import Sequence
 from datetime import datetime, timedelta
-from itertools import pairwise
 
-from app.ais.thinning import METRES_PER_DEG, Fix
-from app.domain.ais import MPS_PER_KN
+import numpy as np
+
+from app.ais.moving_fixes import SOURCES, MovingFixes
+from app.ais.thinning import METRES_PER_DEG
+from app.domain.ais import MPS_PER_KN, FixTimeSource
+from app.domain.arrays import BoolArray
 from app.domain.plausibility import FASTEST_KN, NEIGHBOURS, Doubt, ReportedFix, clock_is_off, doubts
 
 _FEWEST = 3  # of one or two reports, late ones may well be the most
-_SLOWLY_DEG_S = FASTEST_KN * MPS_PER_KN / METRES_PER_DEG
+_LATE = SOURCES.index(FixTimeSource.DOUBTFUL)
 
 
-def doubts_of(mmsi: int, fixes: Sequence[Fix], start: datetime) -> list[Doubt]:
-    """Return what is doubtful of a vessel's fixes, oldest first; `start` is their second 0."""
-    around: set[int] = set()
-    for index, (first, second) in enumerate(pairwise(fixes)):
-        if _is_odd(first, second):
-            around.update(range(index - NEIGHBOURS, index + 2 + NEIGHBOURS))
-    if fixes and _too_fast(fixes[0]):
-        around.add(0)
-    reports = (
-        {
-            index: _reported(mmsi, fixes[index], start)
-            for index in range(len(fixes))
-            if {*range(index - NEIGHBOURS, index + NEIGHBOURS + 1)} & around
-        }
-        if around
-        else {}
-    )
+def doubts_of(fixes: MovingFixes, start: datetime) -> dict[int, list[Doubt]]:
+    """Return what is doubtful of vessels, for those of whom anything is; `start` is second 0."""
+    is_odd = _odd_steps(fixes)
+    is_worth_a_look = is_odd | (fixes.source == _LATE)
+    found = {}
+    for own in fixes.slices():
+        if is_worth_a_look[own].any():
+            reports = _reports(fixes, own, start)
+            doubtful = _judged(reports, np.flatnonzero(is_odd[own]).tolist())
+            doubtful.discard(Doubt.DOUBTFUL_TIME)
+            if len(reports) >= _FEWEST and clock_is_off(fix.fix_time_source for fix in reports):
+                doubtful.add(Doubt.DOUBTFUL_TIME)
+            if doubtful:
+                found[int(fixes.mmsi[own.start])] = [each for each in Doubt if each in doubtful]
+    return found
+
+
+def _odd_steps(fixes: MovingFixes) -> BoolArray:
+    """Return which fixes are further from the one before than the fastest craft goes, or faster."""
+    north = np.diff(fixes.lat_deg)
+    east = np.diff(fixes.lon_deg) * np.cos(np.radians(fixes.lat_deg[:-1]))
+    way_m = np.hypot(north, east) * METRES_PER_DEG
+    is_odd = fixes.sog_kn > FASTEST_KN  # never where it is unknown
+    is_same = np.diff(fixes.mmsi) == 0
+    is_odd[1:] |= is_same & (way_m > FASTEST_KN * MPS_PER_KN * np.diff(fixes.time_s))
+    return is_odd
+
+
+def _judged(reports: Sequence[ReportedFix], odd: Sequence[int]) -> set[Doubt]:
+    """Judge the reports around odd steps of a vessel."""
+    around = {at for step in odd for at in range(step - 1 - NEIGHBOURS, step + 1 + NEIGHBOURS)}
     found: set[Doubt] = set()
-    for index in around & reports.keys():
-        before = [reports[at] for at in range(index - NEIGHBOURS, index) if at in reports]
-        after = [reports[at] for at in range(index + 1, index + 1 + NEIGHBOURS) if at in reports]
-        found.update(doubts(reports[index], before, after))
-    found.discard(Doubt.DOUBTFUL_TIME)
-    if len(fixes) >= _FEWEST and clock_is_off(fix.source for fix in fixes):
-        found.add(Doubt.DOUBTFUL_TIME)
-    return [doubt for doubt in Doubt if doubt in found]
+    for at in around & set(range(len(reports))):
+        before = reports[max(0, at - NEIGHBOURS) : at]
+        found.update(doubts(reports[at], before, reports[at + 1 : at + 1 + NEIGHBOURS]))
+    return found
 
 
-def _is_odd(first: Fix, second: Fix) -> bool:
-    """Whether a step is longer than the fastest craft makes, or a speed higher than it has."""
-    north = second.lat_deg - first.lat_deg
-    east = second.lon_deg - first.lon_deg
-    if abs(north) + abs(east) < _SLOWLY_DEG_S * (second.time_s - first.time_s):
-        return _too_fast(second)
-    east *= math.cos(math.radians(first.lat_deg))
-    way_m = math.hypot(north, east) * METRES_PER_DEG
-    return way_m > FASTEST_KN * MPS_PER_KN * (second.time_s - first.time_s) or _too_fast(second)
-
-
-def _too_fast(fix: Fix) -> bool:
-    return fix.sog_kn is not None and fix.sog_kn > FASTEST_KN
-
-
-def _reported(mmsi: int, fix: Fix, start: datetime) -> ReportedFix:
-    moment = start + timedelta(seconds=fix.time_s)
-    return ReportedFix(mmsi, moment, fix.lat_deg, fix.lon_deg, fix.sog_kn, fix.source)
+def _reports(fixes: MovingFixes, own: slice, start: datetime) -> list[ReportedFix]:
+    mmsi = int(fixes.mmsi[own.start])
+    columns = (fixes.time_s, fixes.lat_deg, fixes.lon_deg, fixes.sog_kn, fixes.source)
+    return [
+        ReportedFix(
+            mmsi,
+            start + timedelta(seconds=time_s),
+            lat_deg,
+            lon_deg,
+            None if sog_kn != sog_kn else sog_kn,  # noqa: PLR0124  NaN alone is not itself
+            SOURCES[source],
+        )
+        for time_s, lat_deg, lon_deg, sog_kn, source in zip(
+            *(column[own].tolist() for column in columns), strict=True
+        )
+    ]

@@ -9,13 +9,14 @@ from fastapi import APIRouter, Query, Request, Response
 from app.ais import service, vessel_repository
 from app.ais.drawing import HEIGHT_PX, WIDTH_PX, draw
 from app.ais.moments import Moment
+from app.ais.moving_fixes import SOURCES, UNKNOWN, MovingFixes
 from app.ais.ship_types import ship_type_name
 from app.ais.statics_history import changes
-from app.ais.thinning import Fix
 from app.ais.track_doubts import doubts_of
 from app.ais.vessel_schemas import VesselOut
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import SessionDep
+from app.domain.ais import FixTimeSource
 from app.domain.plausibility import Doubt
 from app.identities import service as identities
 from app.identities.shown import title_of
@@ -84,19 +85,21 @@ def _doubts(mmsi: int, positions: Sequence[AisPosition]) -> list[Doubt]:
     if not positions:
         return []
     start: datetime = positions[0].fix_time
-    fixes = [
-        Fix(
+    rows = [
+        (
+            mmsi,
             (position.fix_time - start).total_seconds(),
             position.lat_deg,
             position.lon_deg,
-            position.sog_kn,
-            position.cog_deg,
-            position.heading_deg,
-            position.fix_time_source,
+            UNKNOWN if position.sog_kn is None else position.sog_kn,
+            UNKNOWN,
+            UNKNOWN,
+            SOURCES.index(FixTimeSource(position.fix_time_source)),
+            0,
         )
         for position in positions
     ]
-    return doubts_of(mmsi, fixes, start)
+    return doubts_of(MovingFixes.of(rows, 0.0), start).get(mmsi, [])
 
 
 def _one_site(readable: frozenset[int] | None, positions: Sequence[AisPosition]) -> int | None:
