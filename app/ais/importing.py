@@ -1,11 +1,11 @@
 """Importing a recording: its rows are written while it is decoded, and show when it is whole.
 
 The same bytes for the same site are one file, however often and however concurrently they come.
-Fixes that another recording, or an earlier part of the same archive, brought already count as
-duplicates in the file's accounting, so that its sums stay exact and say what is new. Rows are
-written in short transactions, hidden by the state of their file until the last of these. Between
-them nothing is locked: another import writes its rows while this one decodes. What a failure leaves
-is removed at once, what a dead process left before an import begins that is alone.
+What another recording, or an earlier part of the same archive, brought already counts as duplicates
+in the file's accounting, so that its sums stay exact and say what is new. Rows are written in short
+transactions, hidden by the state of their file until the last of these. Between them nothing is
+locked: another import writes its rows while this one decodes. What a failure leaves is removed at
+once, what a dead process left before an import begins that is alone.
 """
 
 import hashlib
@@ -24,6 +24,7 @@ from app.ais import import_repository, repository
 from app.ais.import_repository import Origin
 from app.ais.recording import Recording
 from app.ais.rows import RowBatch, in_range, printable
+from app.ais.static_repository import remove_known_statics
 from app.ais.summary import RecordingSummary
 from app.ais.turn import importing, none_importing, turn_to_write
 from app.db import Database, now
@@ -272,6 +273,12 @@ def _shown(
                 messages = recording.accounting.messages
                 messages.duplicates += messages.positions - new
                 messages.positions = new
+                known = remove_known_statics(session, origin.file_id, origin.site_id)
+                known = min(
+                    known, messages.statics
+                )  # those of a position's row are none of their own
+                messages.duplicates += known
+                messages.statics -= known
                 values = {
                     "format": recording.format,
                     "first_at": first_at,

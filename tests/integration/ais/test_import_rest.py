@@ -126,11 +126,21 @@ def test_25_overlapping_recordings_at_once(
     )
 
 
-def test_fixes_of_an_earlier_recording_count_as_duplicates(client: TestClient) -> None:
-    """A longer recording of the same voyage brings only what is new."""
+def test_what_an_earlier_recording_brought_counts_as_duplicates(
+    client: TestClient, database: Database
+) -> None:
+    """A longer recording brings only what is new; the same one packed otherwise brings nothing."""
     send(client, table(3))
     messages = send(client, gzip.compress(table(5))).json()["accounting"]["messages"]
     assert (messages["positions"], messages["duplicates"], messages["assembled"]) == (2, 3, 5)
+    time = tag_block("c:1714564806")
+    said = "\n".join(time + line for line in (*encoded(VOYAGE), *encoded(POSITION))).encode()
+    told = send(client, said).json()["accounting"]["messages"]
+    assert (told["positions"], told["statics"], told["duplicates"]) == (1, 1, 0)
+    statics = count(database, AisStatic)
+    told = send(client, gzip.compress(said)).json()["accounting"]["messages"]
+    assert (told["positions"], told["statics"], told["duplicates"]) == (0, 0, 2)
+    assert count(database, AisStatic) == statics
 
 
 def test_vessels_keep_the_latest_word(client: TestClient) -> None:
