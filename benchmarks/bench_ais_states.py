@@ -29,7 +29,7 @@ import numpy as np
 
 from app.ais.recording import Recording
 from app.domain.ais import MPS_PER_KN, FixTimeSource, PositionReport
-from app.domain.ais_bulk import PositionTable
+from app.domain.ais_bulk import ACCURACIES, AIS_CLASSES, SOURCES, PositionTable
 from app.domain.arrays import FloatArray
 from app.domain.local_metres import moved, offset_m
 from app.domain.track_headings import heading_at
@@ -80,8 +80,27 @@ def positions_of(path: Path) -> Iterator[PositionReport]:
                 yield decoded
             elif isinstance(decoded, PositionTable):
                 columns = (getattr(decoded, field.name).tolist() for field in fields(decoded))
-                for mmsi, fix_us, received_us, *others in zip(*columns, strict=True):
-                    yield PositionReport(mmsi, _moment(fix_us), _moment(received_us), *others)
+                for row in zip(*columns, strict=True):
+                    yield _report(*row)
+
+
+def _report(
+    mmsi: int, fix_us: int, received_us: int, lat_deg: float, lon_deg: float, *others: float
+) -> PositionReport:
+    """Return a row of a table as a report."""
+    *motion, message_type, ais_class, accuracy, source = others
+    return PositionReport(
+        mmsi,
+        _moment(fix_us),
+        _moment(received_us),
+        lat_deg,
+        lon_deg,
+        *(None if np.isnan(value) else value for value in motion),
+        int(message_type),
+        AIS_CLASSES[int(ais_class)],
+        ACCURACIES[int(accuracy)],
+        SOURCES[int(source)],
+    )
 
 
 def _moment(us_since_1970: int) -> datetime:
