@@ -8,9 +8,10 @@ import numpy as np
 import orjson
 
 from app.ais.map_tracks import Stretch
-from app.ais.moving_fixes import CLASSES, MovingFixes
+from app.ais.moving_fixes import MovingFixes
 from app.ais.ship_types import ship_type_name
 from app.ais.track import LONGEST_SILENCE
+from app.domain.ais_bulk import AIS_CLASSES
 from app.domain.arrays import FloatArray, IntArray
 from app.identities.shown import Identities
 
@@ -32,7 +33,7 @@ def as_json(found: Stretch, told: Identities) -> bytes:
                 "mmsi": told.vessel(mmsi),
                 "name": told.name(vessel.name) if vessel else None,
                 "ship_type": ship_type_name(vessel.ship_type) if vessel else None,
-                "ais_class": CLASSES[_last_known(fixes.ais_class[own])],
+                "ais_class": AIS_CLASSES[_last_known(fixes.ais_class[own])],
                 "length_m": vessel.length_m if vessel else None,
                 "width_m": vessel.width_m if vessel else None,
                 "flags": [doubt.value for doubt in found.doubts.get(mmsi, ())],

@@ -7,8 +7,9 @@ import sqlalchemy as sa
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.ais.area import Area
-from app.ais.moving_fixes import CLASSES, SOURCES, UNKNOWN
+from app.ais.moving_fixes import UNKNOWN
 from app.ais.report_repository import Readable, visible, within
+from app.domain.ais_bulk import AIS_CLASSES, SOURCES
 from app.tables.ais import AisPosition, Vessel
 
 AT_ONCE = 10_000
@@ -49,7 +50,7 @@ def moving(
             sa.func.coalesce(AisPosition.cog_deg, UNKNOWN),
             sa.func.coalesce(AisPosition.heading_deg, UNKNOWN),
             _number_of(AisPosition.fix_time_source, SOURCES),
-            _number_of(AisPosition.ais_class, CLASSES),
+            _number_of(AisPosition.ais_class, AIS_CLASSES),
         )
         .where(visible(AisPosition.site_id, readable), *within(start, end, area))
         .order_by(AisPosition.fix_time)

@@ -12,11 +12,8 @@ from typing import Self
 
 import numpy as np
 
-from app.domain.ais import FixTimeSource
 from app.domain.arrays import BoolArray, FloatArray, IntArray
 
-SOURCES = tuple(FixTimeSource)
-CLASSES: tuple[str | None, ...] = (None, "A", "B")
 UNKNOWN = -1.0
 
 
@@ -25,7 +22,7 @@ class MovingFixes:
     """Fixes (n,) in the order of vessels, of each the oldest first.
 
     Times are seconds since any moment, places degrees, speeds knots; NaN for what is unknown.
-    `source` is an index of `SOURCES`, `ais_class` one of `CLASSES`.
+    `source` is an index of `SOURCES`, `ais_class` of `AIS_CLASSES`.
     """
 
     mmsi: IntArray

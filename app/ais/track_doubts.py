@@ -13,9 +13,10 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from app.ais.moving_fixes import SOURCES, MovingFixes
+from app.ais.moving_fixes import MovingFixes
 from app.ais.thinning import METRES_PER_DEG
 from app.domain.ais import MPS_PER_KN, FixTimeSource
+from app.domain.ais_bulk import SOURCES
 from app.domain.arrays import BoolArray
 from app.domain.plausibility import FASTEST_KN, NEIGHBOURS, Doubt, ReportedFix, clock_is_off, doubts
 

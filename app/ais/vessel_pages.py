@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 from app.ais import service, vessel_repository
 from app.ais.drawing import HEIGHT_PX, WIDTH_PX, draw
 from app.ais.moments import Moment
-from app.ais.moving_fixes import SOURCES, UNKNOWN, MovingFixes
+from app.ais.moving_fixes import UNKNOWN, MovingFixes
 from app.ais.ship_types import ship_type_name
 from app.ais.statics_history import changes
 from app.ais.track_doubts import doubts_of
@@ -17,6 +17,7 @@ from app.ais.vessel_schemas import VesselOut
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import SessionDep
 from app.domain.ais import FixTimeSource
+from app.domain.ais_bulk import SOURCES
 from app.domain.plausibility import Doubt
 from app.identities import service as identities
 from app.identities.shown import title_of

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from app.ais.map_answer import as_json
 from app.ais.map_schemas import StretchOut
 from app.ais.map_tracks import Stretch
-from app.ais.moving_fixes import CLASSES, SOURCES, UNKNOWN, MovingFixes
+from app.ais.moving_fixes import UNKNOWN, MovingFixes
 from app.ais.thinning import LONGEST_STEP_S, METRES_PER_DEG, thinned
 from app.ais.track_doubts import doubts_of
 from app.domain.ais import FixTimeSource
+from app.domain.ais_bulk import AIS_CLASSES, SOURCES
 from app.domain.plausibility import Doubt
 from app.identities.shown import Shown
 
@@ -138,7 +139,7 @@ def test_a_few_late_reports_are_no_doubt_of_a_vessel() -> None:
 def test_the_answer_is_what_the_schema_says() -> None:
     """Steps add up to the points again; each vessel has its own, its last class and its doubts."""
     fixes = [
-        Fix(OTHER, 1.0, 53.0, 9.0, UNKNOWN, UNKNOWN, UNKNOWN, ais_class=CLASSES.index("B")),
+        Fix(OTHER, 1.0, 53.0, 9.0, UNKNOWN, UNKNOWN, UNKNOWN, ais_class=AIS_CLASSES.index("B")),
         *straight(3),
         Fix(OTHER, 1.0, 53.0, 9.0),  # the same fix from another file
         Fix(OTHER, 4.0, 53.1, 9.0, 80.0, 359.6),
