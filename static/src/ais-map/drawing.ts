@@ -96,6 +96,15 @@ function trace(
     }
     before = time;
   }
+  const next = t[last + 1];
+  if (last >= 0 && next !== undefined && next - before <= silenceS) {
+    const share = (toS - before) / (next - before);
+    const reached = (values: readonly number[]): number => {
+      const [from, to] = [values[last] ?? 0, values[last + 1] ?? 0];
+      return (from + share * (to - from)) * worldPx;
+    };
+    pen.lineTo(reached(x) - leftPx, reached(y) - topPx); // up to where the vessel is drawn
+  }
   return drawn;
 }
 
