@@ -81,11 +81,13 @@ def _fitted(fixes: MovingFixes, tolerance_m: float, most: int) -> tuple[MovingFi
     """Thin until no more than `most` points are left, or each track is as short as it can be."""
     silence_s = LONGEST_SILENCE.total_seconds()
     while True:
-        columns = [each.tolist() for each in (fixes.time_s, fixes.lat_deg, fixes.lon_deg)]
+        time_s, lat_deg, lon_deg = (
+            column.tolist() for column in (fixes.time_s, fixes.lat_deg, fixes.lon_deg)
+        )
         kept = [
             own.start + index
             for own in fixes.slices()
-            for index in thinned(*(column[own] for column in columns), tolerance_m, silence_s)
+            for index in thinned(time_s[own], lat_deg[own], lon_deg[own], tolerance_m, silence_s)
         ]
         fixes = fixes.taken(np.array(kept, dtype=np.int64))
         if len(fixes) <= most or tolerance_m > 10_000:

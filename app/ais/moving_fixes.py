@@ -46,12 +46,17 @@ class MovingFixes:
         columns = numbers.reshape(-1, len(COLUMNS)).T
         order = np.argsort(columns[0], kind="stable")
         mmsi, time_s, lat_deg, lon_deg, *motion, source, ais_class = columns[:, order]
+        sog_kn, cog_deg, heading_deg = (
+            np.where(column == UNKNOWN, np.nan, column) for column in motion
+        )
         return cls(
             mmsi.astype(np.int64),
             np.round(time_s - start_s, 2),
             lat_deg,
             lon_deg,
-            *(np.where(column == UNKNOWN, np.nan, column) for column in motion),
+            sog_kn,
+            cog_deg,
+            heading_deg,
             source.astype(np.int64),
             ais_class.astype(np.int64),
         )

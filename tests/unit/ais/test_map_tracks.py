@@ -47,8 +47,8 @@ def straight(count: int, step_s: float = 10.0, speed_deg_s: float = 5e-5) -> lis
 
 def kept_of(fixes: Sequence[Fix], tolerance_m: float) -> list[Fix]:
     """Thin a vessel's fixes."""
-    columns = ([getattr(fix, name) for fix in fixes] for name in ("time_s", "lat_deg", "lon_deg"))
-    return [fixes[at] for at in thinned(*columns, tolerance_m, SILENCE_S)]
+    _, time_s, lat_deg, lon_deg, *_ = zip(*fixes, strict=True)
+    return [fixes[at] for at in thinned(time_s, lat_deg, lon_deg, tolerance_m, SILENCE_S)]
 
 
 def doubted(fixes: Sequence[Fix]) -> list[Doubt]:
