@@ -31,13 +31,17 @@ def _list(*expressions: str) -> str:
     return f"'[' || {inner} || ']'"
 
 
+# Offsets of a box's corners from its middle as a camera sees them, px: no three are in a line.
+_OFFSETS_PX = ((-61, 9), (-38, 17), (57, 13), (34, 6), (-59, -24), (-37, -19), (55, -21), (33, -27))
+
+
 def _corners() -> str:
     pairs = [
         _list(
-            _digits(17 + n, 99991, "0.021371934", 200.0 + 5 * n),
-            _digits(13 + n, 99989, "0.011738261", 300.0 + 3 * n),
+            _digits(17, 99991, "0.021371934", 200.0 + u_px),
+            _digits(13, 99989, "0.011738261", 300.0 + v_px),
         )
-        for n in range(8)
+        for u_px, v_px in _OFFSETS_PX
     ]
     return "'[' || " + " || ',' || ".join(pairs) + " || ']'"
 

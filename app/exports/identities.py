@@ -57,11 +57,12 @@ class Hidden:
         self._key = key
         self._told: dict[int, str] = {}
         self._mmsis: set[str] = set()
-        names: set[str] = set()
+        self._names: dict[str, set[str]] = {}  # by their first letters
         for mmsi, name in vessels:
             self._mmsis.add(f"{mmsi:0{MMSI_DIGITS}}")
-            names.add(_letters(name or ""))
-        self._names = sorted(name for name in names if len(name) >= SHORTEST_NAME)
+            letters = _letters(name or "")
+            if len(letters) >= SHORTEST_NAME:
+                self._names.setdefault(letters[:SHORTEST_NAME], set()).add(letters)
 
     def vessel(self, mmsi: int) -> str:
         """Return the vessel's pseudonym."""
@@ -71,15 +72,25 @@ class Hidden:
 
     def file_name(self, name: str, sha256: str) -> str:
         """Return the name, or one made of the content where it tells a vessel."""
-        return f"{sha256}{PurePath(name).suffix}" if self._tells(name) else name
+        if not self._tells(name):
+            return name
+        suffix = PurePath(name).suffix
+        return sha256 if self._tells(suffix) else f"{sha256}{suffix}"
 
     def _tells(self, name: str) -> bool:
         for digits in _DIGITS.findall(name):
             windows = range(len(digits) - MMSI_DIGITS + 1)
             if any(digits[at : at + MMSI_DIGITS] in self._mmsis for at in windows):
                 return True
-        letters = _letters(PurePath(name).stem)
-        return any(vessel in letters for vessel in self._names)
+        letters = _letters(name)
+        places = range(len(letters) - SHORTEST_NAME + 1)
+        if self._names.keys().isdisjoint([letters[at : at + SHORTEST_NAME] for at in places]):
+            return False
+        return any(
+            letters.startswith(vessel, at)
+            for at in places
+            for vessel in self._names.get(letters[at : at + SHORTEST_NAME], ())
+        )
 
 
 def _letters(text: str) -> str:

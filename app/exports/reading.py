@@ -7,17 +7,18 @@ ids, and all of it is of one moment: the transaction of one session.
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-import orjson
 from sqlalchemy.orm import Session
 
-from app.domain.rotations import matrices_from_rotvecs
 from app.exports import record_repository as repository
 from app.exports.identities import Identities
+from app.exports.second_hand import SecondHand, cores
 from app.exports.selection_repository import Chosen, Ids
 from app.exports.verdict_repository import counted_reviews
+from app.exports.writers.batches import Batch, Corrected, Lines, PoseColumns, lines_of, records_of
 from app.exports.writers.records import (
     Frame,
     ImageRecord,
@@ -25,8 +26,10 @@ from app.exports.writers.records import (
     StateRecord,
     ViewRecord,
 )
+from app.garbage import collection_paused
 
 POSES_AT_ONCE = 2000
+MANY = 50_000  # poses that take longer than another process takes to begin
 IMAGES_AT_ONCE = 400
 Photograph = Callable[[ImageRecord], Iterator[bytes]]
 
@@ -70,26 +73,47 @@ class Reading:
     def __len__(self) -> int:
         return len(self.chosen.pose_ids)
 
+    @cached_property
+    def image_ids(self) -> Ids:
+        """The photographs, in order."""
+        return np.unique(self.chosen.image_ids)
+
     def images(self) -> Iterator[ImageRecord]:
         """Give the photographs, by id."""
-        ids = np.unique(self.chosen.image_ids)
+        ids = self.image_ids
         site_of = self._sites_of_images(ids)
         for start in range(0, len(ids), POSES_AT_ONCE):
             some = ids[start : start + POSES_AT_ONCE].tolist()
             found = repository.images(self._context.session, some)
-            for image_id in some:
+            for number, image_id in enumerate(some, start=start + 1):
+                found[image_id].number = number
                 yield self._named(found[image_id], site_of(image_id))
 
     def poses(self) -> Iterator[PoseRecord]:
         """Give the poses, by id; when all are given, `grades` counts them."""
+        for batch in self._batches():
+            yield from records_of(batch)
+
+    def lines(self, write: Lines) -> Iterator[bytes]:
+        """Give what a writer makes of the poses; of many, another process makes it meanwhile."""
+        if len(self) < MANY or cores() < 2:
+            for batch in self._batches():
+                yield lines_of(batch, write)
+            return
+        with SecondHand(write) as hand:
+            yield from hand.written(self._batches())
+
+    def _batches(self) -> Iterator[Batch]:
         ids = self.chosen.pose_ids
         grades: Counter[str | None] = Counter()
         for start in range(0, len(ids), POSES_AT_ONCE):
             end = start + POSES_AT_ONCE
             images = np.unique(self.chosen.image_ids[start:end]).tolist()
-            for pose in self._records(ids[start:end].tolist(), images):
-                grades[None if pose.review is None else pose.review.grade] += 1
-                yield pose
+            batch = self._batch(start, ids[start:end].tolist(), images)
+            if batch is not None:
+                grades.update(review.grade for review in batch.reviews.values())
+                grades[None] += len(batch.columns.id) - len(batch.reviews)
+                yield batch
             self._context.advanced(min(end, len(ids)))
         self.grades = grades
 
@@ -133,7 +157,8 @@ class Reading:
             end = min(start + IMAGES_AT_ONCE, len(images))
             ids = np.sort(chosen.pose_ids[order[starts[start] : ends[end - 1]]])
             of_image: dict[int, list[PoseRecord]] = {image_id: [] for image_id in some}
-            for pose in self._records(ids.tolist(), some):
+            batch = self._batch(0, ids.tolist(), some)
+            for pose in records_of(batch) if batch else ():
                 of_image[pose.image.id].append(pose)
             found = repository.states(self._context.session, runs, some) if states else {}
             for image_id, poses in of_image.items():
@@ -147,65 +172,50 @@ class Reading:
         states = {row.mmsi: StateRecord(told.vessel(row.mmsi), *row[3:]) for row in rows}
         return list(states.values())
 
-    def _records(self, pose_ids: Sequence[int], image_ids: Sequence[int]) -> Iterator[PoseRecord]:
-        """Put poses together; what a person corrected takes the place of what was generated."""
-        context = self._context
-        session = context.session
-        rows = repository.pose_rows(session, pose_ids)
-        details = [orjson.loads(row[22]) for row in rows]
-        reviews = counted_reviews(session, pose_ids, context.verdict)
-        corrections = repository.corrections(session, pose_ids) if context.corrected else {}
-        for number, row in enumerate(rows):
-            corrected = corrections.get(row[0])
-            if corrected is not None:
-                details[number][:2] = corrected.centroid_in_cam_m, corrected.rotvec_cam_from_vessel
-        rotations = matrices_from_rotvecs([detail[1] for detail in details]).tolist()
-        images = repository.images(session, image_ids)
-        named: set[int] = set()
-        for row, detail, rotation in zip(rows, details, rotations, strict=True):
-            view = context.views[row[1]]
-            told = context.identities[view.site_id]
-            image = images[row[2]]
-            if image.id not in named:
-                named.add(image.id)
-                self._named(image, view.site_id)
-            pose = PoseRecord(
-                row[0],
-                row[1],
-                view,
-                image,
-                told.vessel(row[3]),
-                row[4:8],
-                row[8],
-                row[9],
-                detail[0],
-                rotation,
-                detail[1],
-                row[10],
-                row[11],
-                row[12],
-                row[13],
-                row[14],
-                row[15],
-                row[16],
-                row[17],
-                row[18],
-                detail[2],
-                detail[3],
-                detail[4],
-                row[19],
-                row[20],
-                detail[5],
-                reviews.get(row[0]),
-                "person_made" if row[21] else "generated",
+    def _batch(self, first: int, pose_ids: Sequence[int], image_ids: Sequence[int]) -> Batch | None:
+        """Read poses; None where there are none."""
+        with collection_paused():
+            context = self._context
+            columns = repository.pose_columns(context.session, pose_ids)
+            if columns is None:
+                return None
+            run_of_image = dict(zip(columns.image_id, columns.run_id, strict=True))
+            images = repository.images(context.session, image_ids)
+            for image in images.values():
+                self._named(image, context.views[run_of_image[image.id]].site_id)
+            numbers = np.searchsorted(self.image_ids, image_ids)
+            for image_id, number in zip(image_ids, numbers.tolist(), strict=True):
+                images[image_id].number = number + 1
+            corrections = (
+                repository.corrections(context.session, pose_ids) if context.corrected else {}
             )
-            if context.part_of is not None:
-                pose.part = context.part_of(image.id, row[3])
-            corrected = corrections.get(row[0])
-            if corrected is not None:
-                _put_right(pose, corrected)
-                pose.vessel = told.vessel(corrected.mmsi)
-            yield pose
+            return Batch(
+                first=first,
+                columns=columns,
+                views={run: context.views[run] for run in set(columns.run_id)},
+                images=images,
+                vessels=self._vessels(columns, corrections),
+                reviews=counted_reviews(context.session, columns.id, context.verdict),
+                parts=context.part_of
+                and list(map(context.part_of, columns.image_id, columns.mmsi)),
+                corrections=corrections,
+            )
+
+    def _vessels(self, columns: PoseColumns, corrections: Mapping[int, Corrected]) -> list[str]:
+        """Return what stands for each pose's vessel, by what a person said where one did."""
+        mmsis = columns.mmsi
+        if corrections:
+            mmsis = [
+                corrections[pose_id].mmsi if pose_id in corrections else mmsi
+                for pose_id, mmsi in zip(columns.id, mmsis, strict=True)
+            ]
+        pairs = list(zip(columns.run_id, mmsis, strict=True))
+        context = self._context
+        told = {
+            (run, mmsi): context.identities[context.views[run].site_id].vessel(mmsi)
+            for run, mmsi in set(pairs)
+        }
+        return [told[pair] for pair in pairs]
 
     def _named(self, image: ImageRecord, site_id: int) -> ImageRecord:
         told = self._context.identities[site_id]
@@ -232,20 +242,3 @@ def _where(chosen: Chosen, mask: np.ndarray[Any, np.dtype[np.bool_]]) -> Chosen:
     return Chosen(
         chosen.pose_ids[mask], chosen.image_ids[mask], chosen.run_ids[mask], chosen.mmsis[mask]
     )
-
-
-def _put_right(pose: PoseRecord, corrected: repository.Corrected) -> None:
-    """Put a person's box in place of the generated one; how sure that one was says nothing now."""
-    pose.source = corrected.kind
-    pose.lat_deg, pose.lon_deg = corrected.lat_deg, corrected.lon_deg
-    pose.center_height_m, pose.heading_deg = corrected.center_height_m, corrected.heading_deg
-    pose.length_m, pose.width_m = corrected.length_m, corrected.width_m
-    pose.height_m = corrected.height_m
-    pose.corners_in_image_px = corrected.corners_in_image_px
-    pose.flags = corrected.flags
-    pose.position_covariance_in_enu_m2 = None
-    pose.heading_sigma_deg = pose.height_sigma_m = None
-    if corrected.cost is not None:
-        pose.cost = corrected.cost
-    if corrected.kind == "edited":
-        pose.heading_source = "person"

@@ -1,16 +1,18 @@
 """SQL of what an export writes of its poses: by primary key, a few thousand at a time.
 
-The JSON columns of a pose come as one text, so that they cost one call instead of six.
+Rows are the driver's own tuples, because a million of anything else costs seconds. JSON columns
+come as texts.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
-import orjson
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+from app.exports.driver_rows import as_moment, driver_rows
 from app.exports.id_lists import among
+from app.exports.writers.batches import Corrected, PoseColumns, parsed
 from app.exports.writers.records import ImageRecord
 from app.stand_ins import FIRST_STAND_IN, STAND_INS
 from app.tables.ais import Vessel
@@ -26,14 +28,9 @@ _poses, _matches, _boxes, _states, _images = (
 _corrections = Correction.__table__.c
 
 
-def _json_list(*columns: sa.ColumnElement[Any]) -> sa.ColumnElement[str]:
-    """Return JSON columns as the text of one list; what is not there is null."""
-    text: sa.ColumnElement[Any] = sa.literal("[", sa.Text)
-    for number, column in enumerate(columns):
-        if number:
-            text = text.concat(sa.literal(",", sa.Text))
-        text = text.concat(sa.func.coalesce(sa.cast(column, sa.Text), sa.literal("null", sa.Text)))
-    return text.concat(sa.literal("]", sa.Text))
+def _json_text(column: sa.ColumnElement[Any]) -> sa.ColumnElement[str]:
+    """Return a JSON column's text; what is not there is null."""
+    return sa.func.coalesce(sa.cast(column, sa.Text), sa.literal("null", sa.Text))
 
 
 _POSE_ROWS = sa.select(
@@ -59,13 +56,16 @@ _POSE_ROWS = sa.select(
     _poses.heading_sigma_deg,
     _poses.height_sigma_m,
     _poses.person_made,
-    _json_list(
-        _poses.centroid_in_cam_m,
-        _poses.rotvec_cam_from_vessel,
-        _poses.corners_in_image_px,
-        _poses.correction_in_enu_m,
-        _poses.position_covariance_in_enu_m2,
-        _poses.flags,
+    *map(
+        _json_text,
+        (
+            _poses.centroid_in_cam_m,
+            _poses.rotvec_cam_from_vessel,
+            _poses.corners_in_image_px,
+            _poses.correction_in_enu_m,
+            _poses.position_covariance_in_enu_m2,
+            _poses.flags,
+        ),
     ),
 ).select_from(
     Pose.__table__.join(Match.__table__, _matches.id == _poses.match_id)
@@ -74,17 +74,16 @@ _POSE_ROWS = sa.select(
 )
 
 
-def pose_rows(session: Session, pose_ids: Sequence[int]) -> Sequence[Any]:
-    """Return poses with boxes, costs and states, in the order of their ids."""
-    found: Any = session.execute(_POSE_ROWS.where(among(_poses.id, pose_ids)).order_by(_poses.id))
-    # The driver's own tuples: no column of these needs to be converted.
-    rows: Sequence[Any] = found.cursor.fetchall()
-    return rows
+def pose_columns(session: Session, pose_ids: Sequence[int]) -> PoseColumns | None:
+    """Return poses by id; None where none of them is there."""
+    rows = driver_rows(session, _POSE_ROWS.where(among(_poses.id, pose_ids)).order_by(_poses.id))
+    return PoseColumns(*zip(*rows, strict=True)) if rows else None
 
 
 def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]:
     """Return photographs by id, under their own names."""
-    rows = session.execute(
+    rows = driver_rows(
+        session,
         sa.select(
             _images.id,
             _images.file_name,
@@ -94,28 +93,21 @@ def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]
             _images.captured_at,
             _images.camera_id,
             _images.media_type,
-        ).where(among(_images.id, image_ids))
+        ).where(among(_images.id, image_ids)),
     )
-    return {row[0]: ImageRecord(*row[:7], SUFFIXES.get(row[7], "")) for row in rows}
-
-
-class Corrected(NamedTuple):
-    """A pose as a person would have it."""
-
-    kind: str
-    mmsi: int
-    lat_deg: float
-    lon_deg: float
-    center_height_m: float
-    heading_deg: float
-    length_m: float
-    width_m: float
-    height_m: float
-    cost: float | None
-    centroid_in_cam_m: list[float]
-    rotvec_cam_from_vessel: list[float]
-    corners_in_image_px: list[list[float] | None]
-    flags: list[str]
+    return {
+        row[0]: ImageRecord(
+            row[0],
+            row[1],
+            row[2],
+            row[3],
+            row[4],
+            as_moment(row[5]),
+            row[6],
+            SUFFIXES.get(row[7], ""),
+        )
+        for row in rows
+    }
 
 
 def corrections(session: Session, pose_ids: Sequence[int]) -> dict[int, Corrected]:
@@ -134,19 +126,17 @@ def corrections(session: Session, pose_ids: Sequence[int]) -> dict[int, Correcte
             _corrections.width_m,
             _corrections.height_m,
             _corrections.cost,
-            _json_list(
-                _corrections.centroid_in_cam_m,
-                _corrections.rotvec_cam_from_vessel,
-                _corrections.corners_in_image_px,
-                _corrections.flags,
-            ),
+            _json_text(_corrections.centroid_in_cam_m),
+            _json_text(_corrections.rotvec_cam_from_vessel),
+            _json_text(_corrections.corners_in_image_px),
+            _json_text(_corrections.flags),
         )
         .where(among(_corrections.pose_id, pose_ids))
         .order_by(_corrections.version)
     )
     newest = {row[0]: row for row in rows}
     return {
-        pose_id: Corrected(*row[2:12], *orjson.loads(row[12]))
+        pose_id: Corrected(*row[2:12], *parsed(row[12:]))
         for pose_id, row in newest.items()
         if row[1]
     }

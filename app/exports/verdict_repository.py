@@ -11,6 +11,7 @@ import orjson
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+from app.exports.driver_rows import as_moment, driver_rows
 from app.exports.id_lists import among
 from app.exports.writers.records import ReviewRecord
 from app.tables.reviews import Review
@@ -51,7 +52,8 @@ def counted_reviews(
     session: Session, pose_ids: Sequence[int], verdict: str
 ) -> dict[int, ReviewRecord]:
     """Return the reviews that count of some poses."""
-    rows = session.execute(
+    rows = driver_rows(
+        session,
         sa.select(
             _reviews.pose_id,
             sa.cast(_reviews.grade, sa.Text),
@@ -60,12 +62,13 @@ def counted_reviews(
             _reviews.created_at,
         )
         .where(among(_reviews.pose_id, pose_ids), *_counts(verdict))
-        .order_by(*_ORDERS[verdict])
+        .order_by(*_ORDERS[verdict]),
     )
     found: dict[int, ReviewRecord] = {}
     for pose_id, grade, reasons, version, created_at in rows:
         if pose_id not in found:
-            found[pose_id] = ReviewRecord(grade, orjson.loads(reasons), version, created_at)
+            moment = as_moment(created_at)
+            found[pose_id] = ReviewRecord(grade, orjson.loads(reasons), version, moment)
     return found
 
 

@@ -6,9 +6,8 @@ vessel axes in the camera frame, row by row) and `cam_t_m2c` (centroid, millimet
 and are counted anew in every file; the installation's own ids stay beside them.
 """
 
-from array import array
-from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import islice
 
 from app.exports.writers.json_bytes import json_bytes, moment_text, sorted_json
 from app.exports.writers.records import (
@@ -18,7 +17,7 @@ from app.exports.writers.records import (
     Source,
     refuse_what_is_no_number,
 )
-from app.exports.writers.silhouettes import silhouette
+from app.exports.writers.silhouettes import silhouettes
 
 CATEGORY = {"id": 1, "name": "vessel", "supercategory": "vessel"}
 MM_PER_M = 1000.0
@@ -36,36 +35,28 @@ def write(source: Source, *, folder: str = "") -> Iterator[bytes]:
     )
     yield b',\n"categories":' + json_bytes([CATEGORY])
     yield b',\n"images":[\n'
-    image_ids = array("q")
-    lines: list[bytes] = []
-    for image in source.images():
-        image_ids.append(image.id)
-        lines.append(json_bytes(_image(len(image_ids), image, folder)))
-        if len(lines) == ROWS_AT_ONCE:
-            yield _joined(lines, first=len(image_ids) == ROWS_AT_ONCE)
-    yield _joined(lines, first=len(image_ids) < ROWS_AT_ONCE)
+    lead = b""
+    images = source.images()
+    while some := list(islice(images, ROWS_AT_ONCE)):
+        yield lead + b",\n".join(json_bytes(_image(image, folder)) for image in some)
+        lead = b",\n"
     yield b'\n],\n"annotations":[\n'
-    number = 0
-    for number, pose in enumerate(source.poses(), start=1):
-        image_number = bisect_left(image_ids, pose.image.id) + 1
-        lines.append(json_bytes(_annotation(number, image_number, pose)))
-        if len(lines) == ROWS_AT_ONCE:
-            yield _joined(lines, first=number == ROWS_AT_ONCE)
-    yield _joined(lines, first=number < ROWS_AT_ONCE)
+    yield from source.lines(annotations)
     yield b'\n],\n"manifest":' + sorted_json(source.manifest()) + b"}\n"
 
 
-def _joined(lines: list[bytes], *, first: bool) -> bytes:
-    """Return lines with commas between them and before them, and forget them."""
-    text = b",\n".join(lines)
-    lead = b"" if first or not lines else b",\n"
-    lines.clear()
-    return lead + text
+def annotations(first: int, poses: Sequence[PoseRecord]) -> bytes:
+    """Return a line of each pose, with commas between them and before all but the file's first."""
+    lead = b",\n" if first else b""
+    numbered = enumerate(zip(poses, silhouettes(poses), strict=True), start=first + 1)
+    return lead + b",\n".join(
+        json_bytes(_annotation(number, pose, outline)) for number, (pose, outline) in numbered
+    )
 
 
-def _image(number: int, image: ImageRecord, folder: str) -> dict[str, object]:
+def _image(image: ImageRecord, folder: str) -> dict[str, object]:
     return {
-        "id": number,
+        "id": image.number,
         "file_name": f"{folder}{image.sha256}{image.suffix}" if folder else image.file_name,
         "width": image.width_px,
         "height": image.height_px,
@@ -75,16 +66,18 @@ def _image(number: int, image: ImageRecord, folder: str) -> dict[str, object]:
     }
 
 
-def _annotation(number: int, image_number: int, pose: PoseRecord) -> dict[str, object]:
+def _annotation(
+    number: int, pose: PoseRecord, silhouette: tuple[list[float], str]
+) -> dict[str, object]:
     refuse_what_is_no_number(pose)
     x1, y1, x2, y2 = pose.box_px
     x, y, z = pose.centroid_in_cam_m
     (a, b, c), (d, e, f), (g, h, i) = pose.rotation_cam_from_vessel
-    outline, kind = silhouette(pose)
+    outline, kind = silhouette
     grade, reasons, guideline_version = _verdict(pose.review)
     return {
         "id": number,
-        "image_id": image_number,
+        "image_id": pose.image.number,
         "category_id": 1,
         "bbox": [x1, y1, x2 - x1, y2 - y1],
         "area": (x2 - x1) * (y2 - y1),

@@ -1,6 +1,7 @@
 """JSON as all writers write it: compact, exact, the same bytes for the same values."""
 
 import json
+from collections.abc import Mapping
 from datetime import datetime
 
 import orjson
@@ -24,6 +25,13 @@ def ascii_json(value: object) -> bytes:
     """
     text = json.dumps(value, separators=(",", ":"), allow_nan=False, sort_keys=True)
     return text.encode()
+
+
+def ascii_texts(values: Mapping[str, str | int]) -> bytes:
+    """Return `ascii_json` of a few values, quicker where all texts are plain already."""
+    if all(isinstance(v, int) or (v.isascii() and v.isprintable()) for v in values.values()):
+        return sorted_json(values)
+    return ascii_json(values)
 
 
 def moment_text(moment: datetime) -> str:

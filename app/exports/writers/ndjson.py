@@ -4,11 +4,11 @@ A reader that does not find `{"type": "end", "complete": true, ...}` at the end 
 An incremental export also tells what is gone, a line each: `{"type": "gone", "id": 7}`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import orjson
 
-from app.exports.writers.json_bytes import ascii_json, json_bytes, moment_text
+from app.exports.writers.json_bytes import ascii_json, ascii_texts, json_bytes, moment_text
 from app.exports.writers.records import (
     ImageRecord,
     PoseRecord,
@@ -17,35 +17,37 @@ from app.exports.writers.records import (
     refuse_what_is_no_number,
 )
 
-ROWS_AT_ONCE = 500
-
 
 def write(source: Source) -> Iterator[bytes]:
     """Give the file in chunks; memory stays small."""
     poses = gone = 0
+    for lines in source.lines(pose_lines):
+        poses += lines.count(b"\n")
+        yield lines
+    for pose_id in source.gone():
+        gone += 1
+        yield json_bytes({"type": "gone", "id": pose_id}) + b"\n"
+    # ASCII only: some readers also end a line at the separators U+0085, U+2028 and U+2029.
+    end = {"type": "end", "complete": True, "poses": poses, "gone": gone}
+    yield ascii_json(end | dict(source.manifest())) + b"\n"
+
+
+def pose_lines(_first: int, poses: Sequence[PoseRecord]) -> bytes:
+    """Return a line of each pose."""
     lines: list[bytes] = []
     seen: ImageRecord | None = None
     image = orjson.Fragment(b"null")
-    for pose in source.poses():
+    for pose in poses:
         if pose.image is not seen:
             seen = pose.image
             image = orjson.Fragment(_image(seen))
         lines.append(json_bytes(_pose(pose, image)))
-        poses += 1
-        if len(lines) == ROWS_AT_ONCE:
-            yield b"\n".join(lines) + b"\n"
-            lines.clear()
-    for pose_id in source.gone():
-        lines.append(json_bytes({"type": "gone", "id": pose_id}))
-        gone += 1
-    # ASCII only: some readers also end a line at the separators U+0085, U+2028 and U+2029.
-    end = {"type": "end", "complete": True, "poses": poses, "gone": gone}
-    lines.append(ascii_json(end | dict(source.manifest())))
-    yield b"\n".join(lines) + b"\n"
+    lines.append(b"")
+    return b"\n".join(lines)
 
 
 def _image(image: ImageRecord) -> bytes:
-    return ascii_json(
+    return ascii_texts(
         {
             "id": image.id,
             "camera_id": image.camera_id,

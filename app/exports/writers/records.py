@@ -4,7 +4,7 @@ A format that keeps several files of the same poses reads its source several tim
 more than a few hundred poses, so that years of them fit into little memory.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from math import isfinite
@@ -16,7 +16,10 @@ Matrix = Sequence[Sequence[float]]
 
 @dataclass(slots=True)
 class ImageRecord:
-    """A photograph; `suffix` is that of its media type, with the dot."""
+    """A photograph; `suffix` is that of its media type, with the dot.
+
+    `number` is its place among the photographs of the selection, counted from 1.
+    """
 
     id: int
     file_name: str
@@ -26,6 +29,7 @@ class ImageRecord:
     captured_at: datetime
     camera_id: int = 0
     suffix: str = ".jpg"
+    number: int = 0
 
 
 @dataclass(slots=True)
@@ -151,6 +155,10 @@ class Source(Protocol):
 
     def poses(self) -> Iterator[PoseRecord]:
         """Give the poses, by id."""
+        ...
+
+    def lines(self, write: "Callable[[int, Sequence[PoseRecord]], bytes]") -> Iterator[bytes]:
+        """Give what a writer's function makes of the poses, some at a time, the first's number."""
         ...
 
     def gone(self) -> Iterator[int]:

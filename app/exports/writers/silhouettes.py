@@ -2,14 +2,99 @@
 
 The outline of a box is convex, and so is its projection without distortion: the convex hull of the
 eight projected corners. Where the photograph ends, the silhouette does.
+
+Many silhouettes are had at once from which way each three corners of a box turn. Where that is no
+clear case (corners in a line, outside, behind the camera) each is taken alone.
 """
 
 from collections.abc import Sequence
+from itertools import chain, combinations
+
+import numpy as np
+import numpy.typing as npt
 
 from app.exports.writers.records import Pixels, PoseRecord
 
 Point = list[float]
 WHOLE, PARTIAL, BOX = "whole", "partial", "box"
+CORNERS = 8
+AT_ONCE = 256  # as many as stay in a processor's cache
+# Twice the area of a triangle that is no line, px^2: far above what rounding makes of one.
+CLEAR_TURN_PX2 = 1e-3
+_TRIPLES = np.array(list(combinations(range(CORNERS), 3)))
+
+
+def _turns_of_edges() -> tuple[npt.NDArray[np.intp], npt.NDArray[np.bool_]]:
+    """Return for each edge i to j, and each other corner: its triple, whether that is in order."""
+    places = {frozenset(triple): place for place, triple in enumerate(_TRIPLES.tolist())}
+    edges = [(i, j) for i in range(CORNERS) for j in range(CORNERS) if i != j]
+    others = [[k for k in range(CORNERS) if k not in edge] for edge in edges]
+    triples = [
+        [places[frozenset((*edge, k))] for k in ks] for edge, ks in zip(edges, others, strict=True)
+    ]
+    even = [
+        [((i < j) + (j < k) + (i < k)) % 2 == 1 for k in ks]
+        for (i, j), ks in zip(edges, others, strict=True)
+    ]
+    return np.array(triples), np.array(even)
+
+
+_TRIPLE_OF, _IN_ORDER = _turns_of_edges()
+
+
+def silhouettes(poses: Sequence[PoseRecord]) -> list[tuple[list[float], str]]:
+    """Return the `silhouette` of each pose."""
+    starts = range(0, len(poses), AT_ONCE)
+    return [each for start in starts for each in _silhouettes(poses[start : start + AT_ONCE])]
+
+
+def _silhouettes(poses: Sequence[PoseRecord]) -> list[tuple[list[float], str]]:
+    whole = [
+        number
+        for number, pose in enumerate(poses)
+        if len(pose.corners_in_image_px) == CORNERS and None not in pose.corners_in_image_px
+    ]
+    corners = chain.from_iterable(poses[number].corners_in_image_px for number in whole)
+    values = chain.from_iterable(corner for corner in corners if corner is not None)
+    points = np.fromiter(values, np.float64, len(whole) * CORNERS * 2).reshape(-1, CORNERS, 2)
+    sizes = np.array(
+        [(poses[number].image.width_px, poses[number].image.height_px) for number in whole]
+    ).reshape(-1, 1, 2)
+    inside = ((points >= 0) & (points <= sizes)).all(axis=(1, 2))
+    outlines, lengths, clear = _hulls(points)
+    found: dict[int, tuple[list[float], str]] = {
+        number: (outline[:length], WHOLE)
+        for number, outline, length, is_sure in zip(
+            whole, outlines.tolist(), lengths.tolist(), (inside & clear).tolist(), strict=True
+        )
+        if is_sure
+    }
+    return [found.get(number) or silhouette(pose) for number, pose in enumerate(poses)]
+
+
+def _hulls(
+    points: npt.NDArray[np.float64],
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.intp], npt.NDArray[np.bool_]]:
+    """Return hulls of (n, 8, 2) points as (n, 16) u1, v1, ..., their lengths, and which are sure.
+
+    A hull's edge has all other corners on its left; from the corner farthest to the left edge leads
+    to edge, in the order of `convex_hull`.
+    """
+    u, v = points[:, :, 0].T, points[:, :, 1].T
+    i, j, k = _TRIPLES.T
+    turns = (u[j] - u[i]) * (v[k] - v[i]) - (v[j] - v[i]) * (u[k] - u[i])
+    edges = ((turns > 0)[_TRIPLE_OF] == _IN_ORDER[:, :, None]).all(axis=1)
+    from_each = edges.reshape(CORNERS, CORNERS - 1, -1)
+    after = from_each.argmax(axis=1)
+    after += after >= np.arange(CORNERS)[:, None]
+    rows = np.arange(len(points))
+    leftmost = np.where(u == u.min(axis=0, initial=np.inf), v, np.inf)
+    order = [leftmost.argmin(axis=0)]
+    for _ in range(CORNERS - 1):
+        order.append(after[order[-1], rows])
+    outlines = points[rows[:, None], np.stack(order, axis=1)].reshape(-1, CORNERS * 2)
+    clear = (np.abs(turns) > CLEAR_TURN_PX2).all(axis=0)
+    return outlines, from_each.any(axis=1).sum(axis=0) * 2, clear
 
 
 def silhouette(pose: PoseRecord) -> tuple[list[float], str]:

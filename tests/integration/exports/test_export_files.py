@@ -17,7 +17,7 @@ from app.tables.exports import Export
 from app.tables.identity import User
 from app.tables.imagery import Image
 from app.tables.reviews import Grade
-from app.tables.runs import Pose
+from app.tables.runs import Match, Pose
 from app.tables.sites import Site
 from tests.factories.imagery import NOON
 from tests.factories.runs import (
@@ -168,6 +168,23 @@ def test_many_poses_come_in_order_without_gap(
         make_run(session, harbour, [5, 3, 4])
         make_run(session, harbour, [1])
     assert [pose["id"] for pose in poses_in(written(database))] == pose_ids(database)
+
+
+def test_a_second_process_writes_the_same_bytes_and_says_what_fails(
+    database: Database, harbour: Harbour, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Many poses are written on two cores: in order, and a pose that cannot be is named."""
+    with database.writing() as session:
+        make_run(session, harbour, [3, 1, 3])
+    alone = written(database, "coco")
+    monkeypatch.setattr(reading, "POSES_AT_ONCE", 2)
+    monkeypatch.setattr(reading, "MANY", 1)
+    monkeypatch.setattr(reading, "cores", lambda: 2)
+    assert written(database, "coco") == alone
+    with database.writing() as session:
+        session.execute(sa.update(Match).values(cost=float("inf")))
+    with pytest.raises(ValueError, match="pose 1 holds a number that is not finite"):
+        written(database, "coco")
 
 
 class Interrupted(io.BytesIO):

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from app.domain.rotations import matrix_from_rotvec
+from app.exports.writers.batches import Lines
 from app.exports.writers.records import (
     Frame,
     ImageRecord,
@@ -169,11 +170,18 @@ class Records:
     def images(self) -> Iterator[ImageRecord]:
         """Give the photographs, by id."""
         found = {each.image.id: each.image for each in self.all_poses}
-        yield from (found[image_id] for image_id in sorted(found))
+        for number, image_id in enumerate(sorted(found), start=1):
+            found[image_id].number = number
+            yield found[image_id]
 
     def poses(self) -> Iterator[PoseRecord]:
         """Give the poses."""
         yield from self.all_poses
+
+    def lines(self, write: Lines) -> Iterator[bytes]:
+        """Give what a writer makes of the poses, two at a time."""
+        for first in range(0, len(self.all_poses), 2):
+            yield write(first, self.all_poses[first : first + 2])
 
     def gone(self) -> Iterator[int]:
         """Give the ids that are gone."""

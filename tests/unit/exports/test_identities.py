@@ -50,6 +50,13 @@ def test_other_file_names_stay(name: str) -> None:
     assert Hidden(SECRET, VESSELS).file_name(name, SHA256) == name
 
 
+def test_neither_folder_nor_suffix_tells_a_vessel() -> None:
+    """What stands before and behind a file's name is a part of what is told."""
+    hidden = Hidden(SECRET, VESSELS)
+    assert hidden.file_name("Cap San Diego/1.jpg", SHA256) == f"{SHA256}.jpg"
+    assert hidden.file_name("1.CapSanDiego", SHA256) == SHA256
+
+
 def test_shown_identities_are_as_they_are() -> None:
     """With identities the MMSI and all file names stay."""
     assert Shown().vessel(211234560) == "211234560"

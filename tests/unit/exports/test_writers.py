@@ -3,17 +3,17 @@
 import io
 import json
 import zipfile
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app.exports.filters import ExportOptions
 from app.exports.formats import FORMATS, file_kind, written
-from app.exports.writers import coco, ndjson
-from app.exports.writers.records import PoseRecord
+from app.exports.writers.silhouettes import silhouette, silhouettes
 from tests.unit.exports.records import NOON, POSES, SOURCE, Records
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -89,20 +89,21 @@ def test_a_number_json_has_not_stops_the_file(name: str) -> None:
         bytes_of(name, Records([replace(POSES[0], height_m=float("nan"))]))
 
 
-@pytest.mark.parametrize("writer", [coco, ndjson])
-def test_poses_are_taken_as_they_are_written(writer: object) -> None:
-    """A writer holds a few poses at a time, so that years of poses fit into little memory."""
-    taken: list[int] = []
-
-    class Many(Records):
-        def poses(self) -> Iterator[PoseRecord]:
-            for number in range(3000):
-                taken.append(number)
-                yield POSES[0]
-
-    chunks = getattr(writer, "write")(Many([POSES[0]]))  # noqa: B009  either module
-    assert next(chunk for chunk in chunks if b'"score":0.875' in chunk)
-    assert len(taken) <= getattr(writer, "ROWS_AT_ONCE")  # noqa: B009
+@given(st.lists(st.lists(st.integers(-40, 300), min_size=16, max_size=16), max_size=6))
+def test_many_silhouettes_are_each_as_taken_alone(boxes: list[list[int]]) -> None:
+    """Boxes of any shape, also with corners in a line, twice the same, outside or behind."""
+    poses = [
+        replace(
+            POSES[0],
+            image=replace(NOON, width_px=250, height_px=200),
+            corners_in_image_px=[
+                [u / 3, v / 7] if u > -39 else None
+                for u, v in zip(box[::2], box[1::2], strict=True)
+            ],
+        )
+        for box in boxes
+    ]
+    assert silhouettes([*POSES, *poses]) == [silhouette(pose) for pose in [*POSES, *poses]]
 
 
 def test_a_split_makes_a_file_or_a_folder_of_each_part() -> None:
