@@ -5,7 +5,8 @@
     DIR/label/ID.json          their boxes and the AIS states of the vessels on them
     DIR/calib/ID.txt           K of a photograph, where it is known (3 x 3)
 
-The boxes come in as imported detections, the vessels as AIS reports. What the data set does not
+The boxes come in as imported detections, the vessels as AIS reports, the boxes that people drew
+(`2d_annotation_gt`) as ground truth. What the data set does not
 publish is chosen, always in the same way:
 
 - Moments: the first photograph by name is taken at `EPOCH` (or --start), each further one an hour
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from app.domain.camera import Camera
     from app.domain.detection import Detection
     from app.installation import Installation
+    from app.published_boxes import Annotated as Annotated2d
     from app.published_files import PublishedVessel
 
 EPOCH = datetime(2022, 1, 1, tzinfo=UTC)
@@ -57,6 +59,7 @@ class Sample:
     captured_at: datetime
     boxes: Sequence["Detection"]
     vessels: Sequence["PublishedVessel"]
+    drawn: "Annotated2d | None"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +94,7 @@ def import_bonk(
     with open_installation() as here:
         place = _make_site(here, name, camera, water_level_m)
         refused = _import_samples(here, place, f"{name} boxes", samples)
+        _import_drawn(here, place, name, samples, _size_px(camera))
     typer.echo(
         f"site {name!r}: {len(samples) - refused} photographs"
         + (f"; {left_out} of other cameras left out" if left_out else "")
@@ -109,6 +113,8 @@ def read_samples(folder: Path, camera: "Camera", start: datetime) -> tuple[list[
 
     Raises Invalid for a label that cannot be used or has no photograph, before anything is stored.
     """
+    from app.published_boxes import Annotated as Annotated2d
+    from app.published_boxes import refuse_unusable
     from app.published_files import boxes_of, read_label
 
     samples: list[Sample] = []
@@ -120,10 +126,19 @@ def read_samples(folder: Path, camera: "Camera", start: datetime) -> tuple[list[
         photograph = _photograph(folder / "image", path)
         label = read_label(path)
         boxes = list(boxes_of(path, label.objects).values())
-        samples.append(Sample(photograph, start + len(samples) * APART, boxes, label.vessels))
+        drawn = None
+        if label.boxes is not None:
+            drawn = Annotated2d(photograph.name, label.boxes)
+            refuse_unusable(str(path), drawn, *_size_px(camera))
+        moment = start + len(samples) * APART
+        samples.append(Sample(photograph, moment, boxes, label.vessels, drawn))
     if not samples:
         raise Invalid(f"{folder / 'label'}: there is no label of this camera")
     return samples, left_out
+
+
+def _size_px(camera: "Camera") -> tuple[int, int]:
+    return camera.intrinsics.width_px, camera.intrinsics.height_px
 
 
 def _photograph(folder: Path, label: Path) -> Path:
@@ -220,6 +235,29 @@ def _import_samples(
         here.database, json.dumps(boxes).encode(), name=detector, camera_id=place.camera_id
     )
     return refused
+
+
+def _import_drawn(
+    here: "Installation",
+    place: Place,
+    name: str,
+    samples: Sequence[Sample],
+    size_px: tuple[int, int],
+) -> None:
+    """Store the boxes that people drew, as ground truth linked with the photographs."""
+    from app.groundtruth import importing
+    from app.groundtruth.coco_file import read_coco
+    from app.published_boxes import SAID, gathered
+
+    drawn = [sample.drawn for sample in samples if sample.drawn is not None]
+    if not drawn:
+        return
+    data = gathered(drawn, *size_px)
+    choices = importing.ImportChoices(f"{name} 2d_annotation_gt", SAID)
+    with here.database.writing() as session:
+        importing.store(
+            session, place.site_id, importing.sha256_of(data), read_coco(data), choices, None
+        )
 
 
 def coco_result(image_id: int, box: "Detection") -> dict[str, object]:

@@ -6,7 +6,7 @@ frame of a camera file is geocentric (ECEF); the water lies at ellipsoidal heigh
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -111,10 +111,11 @@ class PublishedVessel(_Published):
 
 
 class LabelFile(_Published):
-    """What is published of one image."""
+    """What is published of one image; `boxes` are those people drew, None where nobody did."""
 
     objects: list[PublishedObject]
     vessels: list[PublishedVessel]
+    boxes: Annotated[list[dict[str, Any]] | None, Field(alias="2d_annotation_gt")] = None
 
 
 _Model = TypeVar("_Model", bound=BaseModel)

@@ -17,6 +17,7 @@ from app.exports import record_repository as repository
 from app.exports.identities import Identities
 from app.exports.second_hand import SecondHand, cores
 from app.exports.selection_repository import Chosen, Ids
+from app.exports.truth_repository import boxes_drawn
 from app.exports.verdict_repository import counted_reviews
 from app.exports.writers.batches import Batch, Corrected, Lines, PoseColumns, lines_of, records_of
 from app.exports.writers.records import (
@@ -160,10 +161,12 @@ class Reading:
             batch = self._batch(0, ids.tolist(), some)
             for pose in records_of(batch) if batch else ():
                 of_image[pose.image.id].append(pose)
-            found = repository.states(self._context.session, runs, some) if states else {}
+            session = self._context.session
+            found = repository.states(session, runs, some) if states else {}
+            boxes = boxes_drawn(session, some) if states else {}
             for image_id, poses in of_image.items():
                 afloat = self._states(found.get(image_id, ()), view.site_id)
-                yield Frame(view, poses[0].image, poses, afloat)
+                yield Frame(view, poses[0].image, poses, afloat, boxes.get(image_id))
             self._context.advanced(int(ends[end - 1]))
 
     def _states(self, rows: Sequence[Any], site_id: int) -> list[StateRecord]:

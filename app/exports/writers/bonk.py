@@ -4,8 +4,10 @@
 
 With one registration its files stand at the top, as `quaymark import bonk` takes them; further ones
 have a folder each. As published, `height` is rounded up and `eulerAngles` is in truth a Rodrigues
-vector; `height_exact` and the verdicts stand beside. `camera.json`, which the authors do not
-publish, has the geocentric pose. A photograph keeps its name where that is plain and not taken.
+vector; `height_exact` and the verdicts stand beside. `2d_annotation_gt` are the boxes that people
+drew in the photograph, in COCO's form; where nobody drew any it is left out. `camera.json`, which
+the authors do not publish, has the geocentric pose. A photograph keeps its name where that is plain
+and not taken.
 """
 
 import re
@@ -15,6 +17,7 @@ from pathlib import PurePath
 
 from app.exports.writers.json_bytes import json_bytes
 from app.exports.writers.records import (
+    BoxRecord,
     Frame,
     PoseRecord,
     Source,
@@ -60,8 +63,10 @@ def _name(frame: Frame, taken: set[str]) -> str:
 
 def label(frame: Frame) -> dict[str, object]:
     """Return what is published of one photograph."""
+    boxes = frame.boxes
     return {
         "objects": [_object(pose) for pose in frame.poses],
+        **({} if boxes is None else {"2d_annotation_gt": [_annotation(box) for box in boxes]}),
         "vessels": [_vessel(state) for state in frame.states],
     }
 
@@ -80,6 +85,20 @@ def _object(pose: PoseRecord) -> dict[str, object]:
         },
         "height_exact": pose.height_m,
         **pose.judged(),
+    }
+
+
+def _annotation(box: BoxRecord) -> dict[str, object]:
+    """Return a box that a person drew as COCO has it."""
+    return {
+        "id": box.id,
+        "image_id": box.image_id,
+        "category_id": box.category_id,
+        "segmentation": [],
+        "bbox": list(box.bbox_px),
+        "ignore": int(box.is_ignored),
+        "iscrowd": int(box.is_crowd),
+        "area": box.area_px2,
     }
 
 

@@ -128,13 +128,30 @@ class StateRecord:
 
 
 @dataclass(slots=True)
+class BoxRecord:
+    """A 2D box that a person drew; ids and category as the file had them that it came with."""
+
+    id: int
+    image_id: int
+    category_id: int
+    bbox_px: Sequence[float]
+    area_px2: float
+    is_crowd: bool
+    is_ignored: bool = False
+
+
+@dataclass(slots=True)
 class Frame:
-    """A photograph as one registration sees it, with its poses and the AIS states they are from."""
+    """A photograph as one registration sees it, with its poses and the AIS states they are from.
+
+    `boxes` are those people drew in it; None where nobody looked.
+    """
 
     view: ViewRecord
     image: ImageRecord
     poses: Sequence[PoseRecord]
     states: Sequence[StateRecord] = ()
+    boxes: Sequence[BoxRecord] | None = None
 
 
 class Source(Protocol):
@@ -172,7 +189,10 @@ class Source(Protocol):
     def frames(
         self, registration_id: int | None = None, *, states: bool = False
     ) -> Iterator[Frame]:
-        """Give the photographs of a registration (None: of all) with their poses, in order."""
+        """Give the photographs of a registration (None: of all) with their poses, in order.
+
+        With `states` also with AIS states and the boxes people drew.
+        """
         ...
 
     def photograph(self, image: ImageRecord) -> Iterator[bytes] | None:

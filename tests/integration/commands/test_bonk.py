@@ -43,6 +43,7 @@ def test_an_imported_data_set_gives_the_published_poses(
     label = json.loads((dataset / "label" / f"{IMAGE}.json").read_text())
     moved = json.loads((dataset / "label" / f"{IMAGE}.json").read_text())
     moved["vessels"][0]["lat"] += 0.0005
+    del moved["2d_annotation_gt"]
     (dataset / "label" / "1.json").write_text(json.dumps(moved))
     photograph = (dataset / "image" / f"{IMAGE}.jpg").read_bytes()
     (dataset / "image" / "1.jpg").write_bytes(photograph + b"\0")
@@ -100,6 +101,7 @@ def assert_same_label(written: dict[str, Any], label: dict[str, Any]) -> None:
     age = "secondsSinceLastPositionReport"
     assert vessel[age] == pytest.approx(published[age], abs=1e-6)
     assert {**vessel, age: 0} == {**published, age: 0}
+    assert written["2d_annotation_gt"] == label["2d_annotation_gt"]
 
 
 def test_photographs_of_other_cameras_are_left_out(quaymark: Shell, dataset: Path) -> None:
