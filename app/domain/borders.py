@@ -6,12 +6,16 @@ vessel. Matching then stops comparing widths and correction drops the plane of t
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray
 from app.domain.camera import Intrinsics
 from app.domain.detection import Detection
+
+# Edges of boxes are off by a share of the box too; hulls are narrower than their rectangles.
+_NEAR_SIGMAS, _EDGE_SHARE, _HULL_SHARE = 3.0, 0.012, 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +40,34 @@ def cut_edges(detection: Detection, intrinsics: Intrinsics, tolerance_px: float)
         right=detection.x2_px >= intrinsics.width_px - 1 - tolerance_px,
         top=detection.y1_px <= tolerance_px,
         bottom=detection.y2_px >= intrinsics.height_px - 1 - tolerance_px,
+    )
+
+
+def cut_like(
+    cut: CutEdges,
+    detection: Detection,
+    expected_px: Sequence[float],
+    intrinsics: Intrinsics,
+    edge_sigma_px: float,
+) -> CutEdges:
+    """Add the borders that a box misses only by the detector's error.
+
+    A detector's box of a vessel that leaves the image often ends some pixels before the border. It
+    is cut when it ends so near, and the vessel `expected_px` (x1, y1, x2, y2) by AIS goes on: is
+    wider than the box by more than boxes err, or lies lower than the image's border.
+    """
+    width_px, height_px = detection.x2_px - detection.x1_px, detection.y2_px - detection.y1_px
+    aside_px = _NEAR_SIGMAS * hypot(edge_sigma_px, _EDGE_SHARE * width_px)
+    below_px = _NEAR_SIGMAS * hypot(edge_sigma_px, _EDGE_SHARE * height_px)
+    x1, _, x2, y2 = expected_px
+    is_narrow = x2 - x1 - width_px > max(aside_px, _HULL_SHARE * (x2 - x1))
+    is_high = y2 - intrinsics.height_px > below_px
+    aside = cut_edges(detection, intrinsics, aside_px)
+    return CutEdges(
+        left=cut.left or (is_narrow and aside.left),
+        right=cut.right or (is_narrow and aside.right),
+        top=cut.top,
+        bottom=cut.bottom or (is_high and cut_edges(detection, intrinsics, below_px).bottom),
     )
 
 

@@ -28,7 +28,7 @@ class Misfit(NamedTuple):
 
 ONE_OUTLINE = Misfit(middle=0.012, width=0.12, lower=0.006, lower_edge_m=0.1)
 # Where the evidence's own variance already tells how much hulls differ.
-ANY_OUTLINE = Misfit(middle=0.006, width=0.06, lower=0.005, lower_edge_m=0.05)
+ANY_OUTLINE = Misfit(middle=0.0065, width=0.075, lower=0.0055, lower_edge_m=0.05)
 
 
 class EdgeShares(NamedTuple):

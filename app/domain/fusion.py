@@ -161,7 +161,8 @@ def pose_flags(
     `no_length`, `no_width`: AIS gives this dimension as 0. `no_height`: the box's upper edge lies
     below the plane segment, so the height is 0 or negative. Of `doubts`, `unsure_place`: one sigma
     of the place is over 10 m; `contradicts_ais`: the detection lies, looks or is wide as AIS makes
-    it hardly possible. The state's own flags follow.
+    it hardly possible; `partly_hidden`: what is not seen of it may be its highest point. The
+    state's own flags follow.
     """
     conditions = (
         ("cut_left", cut.left),

@@ -49,7 +49,7 @@ class HullEdges:
         states = [candidate.state for candidate in candidates]
         plane = WaterPlane.of([candidate.segment for candidate in candidates])
         away = plane.corners_in_world.mean(axis=1) - camera.center_in_world
-        edges = _edges(camera, away, plane, np.array([(s.length_m, s.width_m) for s in states]))
+        edges = _edges(camera, away, plane, states)
         steps = np.array([_STEP_M, _STEP_M, _STEP_RAD, _STEP_M])
         slopes = (edges[:, 1:] - edges[:, :1]) / steps[:, None]
         focal_px = sqrt(camera.intrinsics.K[0, 0] * camera.intrinsics.K[1, 1])
@@ -67,22 +67,27 @@ class HullEdges:
 
 
 def _edges(
-    camera: Camera, away_m: FloatArray, plane: WaterPlane, sizes_m: FloatArray
+    camera: Camera, away_m: FloatArray, plane: WaterPlane, states: Sequence[VesselState]
 ) -> FloatArray:
     """Return left, right and lower edges (3, 5, n) of hulls: still, and moved in four ways.
 
-    East, north, turned clockwise, up. Coordinates come first, then ways, the outline's points and
-    vessels, so that each operation runs over all of them.
+    East, north, turned clockwise about the antenna, up. Coordinates come first, then ways, the
+    outline's points and vessels, so that each operation runs over all of them.
     """
     to_cam = camera.R_cam_from_world.T
     middle = (away_m @ to_cam).T
     forward, port, up = np.moveaxis(plane.vessel_axes_in_world @ to_cam, 0, 2)
     east, north, _ = np.moveaxis(plane.enu_axes_in_world @ to_cam, 0, 2)
     outline = unit_outline()
-    length_m, width_m = np.maximum(sizes_m.T, [[_LEAST_LENGTH_M], [_LEAST_WIDTH_M]])
+    bow, stern, left, right = np.array(
+        [(s.to_bow_m, s.to_stern_m, s.to_port_m, s.to_starboard_m) for s in states]
+    ).T
+    length_m = np.maximum(bow + stern, _LEAST_LENGTH_M)
+    width_m = np.maximum(left + right, _LEAST_WIDTH_M)
     along, across = outline[:, :1] * length_m, outline[:, 1:] * width_m
     still = middle[:, None] + along * forward[:, None] + across * port[:, None]
-    clockwise = across * forward[:, None] - along * port[:, None]
+    ahead, aport = along + (bow - stern) / 2, across + (left - right) / 2
+    clockwise = aport * forward[:, None] - ahead * port[:, None]
     hulls = np.empty((3, 5, *along.shape))
     hulls[:, 0] = still
     hulls[:, 1] = still + _STEP_M * east[:, None]

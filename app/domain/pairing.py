@@ -10,11 +10,11 @@ from math import isfinite
 
 import numpy as np
 
-from app.domain.borders import cut_edges
+from app.domain.borders import CutEdges, cut_edges, cut_like
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate, UnmatchedReason, candidates_or_reasons
 from app.domain.detection import Detection
-from app.domain.fusion_settings import FusionSettings, MatchingMethod
+from app.domain.fusion_settings import FusionSettings, MatchingMethod, Preset
 from app.domain.geodesy import WorldFrame
 from app.domain.likelihood import LikelyPair, match_by_likelihood
 from app.domain.matching import Pair, match
@@ -125,12 +125,23 @@ def _matched(
             detection = (
                 pair.box if isinstance(pair, LikelyPair) else image.detections[pair.detection]
             )
-            cut = cut_edges(detection, camera.intrinsics, settings.border_tolerance_px)
+            cut = _cut(detection, candidate, camera, settings)
             sightings.append(
                 Sighting(candidate, pair.detection, detection, cut, pair.cost, image.water_level_m)
             )
     unmatched = placed.refused | {candidates[i].state_index: why for i, why in reasons.items()}
     return MatchedImage(sightings, unmatched)
+
+
+def _cut(
+    detection: Detection, candidate: Candidate, camera: Camera, settings: FusionSettings
+) -> CutEdges:
+    """Say which edges of a box are the image's border; as published, or told by AIS as well."""
+    cut = cut_edges(detection, camera.intrinsics, settings.border_tolerance_px)
+    if settings.preset is Preset.PAPER:
+        return cut
+    expected_px = candidate.rectangle_px.tolist()
+    return cut_like(cut, detection, expected_px, camera.intrinsics, settings.box_sigma_px)
 
 
 def windows(images: Sequence[SeenImage], window_s: float) -> list[list[int]]:

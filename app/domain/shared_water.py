@@ -45,9 +45,14 @@ _SUSPICIOUS = 2.5
 _ODD_WIDTH = 1.0  # and widths more than this, to say how a ship heads
 # The stated accuracy of AIS counts as much as what so many ships show of it.
 _PRIOR_SHIPS = 4.0
-# The same of headings, and limits of their scale: compasses may only be worse than said.
-_COMPASSES = (4.0, (1.0, 4.0))
-_COURSES = (1.0, (0.04, 4.0))
+# The same of headings, their scale before looking, and its limits: compasses may only be worse than
+# said, while two of three ships of recorded traffic head within 0.45 sigmas of their course.
+_COMPASSES = (4.0, 1.0, (1.0, 4.0))
+_COURSES = (4.0, 0.2, (0.1, 4.0))
+# A lower edge this many sigmas above where it should be may be another ship's bulwark.
+_HIDDEN_BELOW = 1.5
+# Beyond so many sigmas what all ships share is held back less and less: it may be worse than said.
+_SURPRISING = 1.5
 
 
 class Roads:
@@ -72,8 +77,16 @@ class Roads:
         self.focal_px = sqrt(camera.intrinsics.K[0, 0] * camera.intrinsics.K[1, 1])
         self.box_sigma_px = settings.box_sigma_px
         self.enu = _ships_last(plane.enu_axes_in_world)
-        self.middle = _ships_last(plane.corners_in_world.mean(axis=1))
-        away = self.middle - self.center_in_world
+        self.antenna = _ships_last(plane.antenna_in_world)
+        # A ship turns about its antenna, whose place AIS tells.
+        self.ahead_m, self.aport_m = (
+            np.array(
+                [(s.to_bow_m - s.to_stern_m, s.to_port_m - s.to_starboard_m) for s in states]
+            ).T
+            / 2
+        )
+        middle = _ships_last(plane.corners_in_world.mean(axis=1))
+        away = middle - self.center_in_world
         self.range_m = np.sqrt((away**2).sum(axis=0))
         right = np.cross(away, self.up, axis=0)
         self.right = right / np.sqrt((right**2).sum(axis=0))
@@ -135,13 +148,21 @@ class Roads:
         """Return the middles of the waterplanes (3, n) as the camera shows them."""
         level_m, pitch, yaw, roll = shared
         lifted = level_m + pitch * self.range_m + roll * self.aside_m
+        forward, port = self.turned(own[2])
         return np.asarray(
-            self.middle
+            self.antenna
+            + self.ahead_m * forward
+            + self.aport_m * port
             + own[0] * self.enu[0]
             + own[1] * self.enu[1]
             + lifted * self.up
             + yaw * self.range_m * self.right
         )
+
+    def swung(self, own: FloatArray) -> FloatArray:
+        """Return how far the middles (3, n) move by a turn (rad) about their antennas."""
+        forward, port = self.turned(own[2])
+        return np.asarray(self.aport_m * forward - self.ahead_m * port)
 
 
 def _ships_last(rows: FloatArray) -> FloatArray:
@@ -165,26 +186,34 @@ def _inverse(prior_covariance: FloatArray) -> FloatArray:
 class Solution:
     """Unknowns of the ships (3, n), the shared ones (4,), and the covariances of all (7, 7, n).
 
-    `deviation` (n,) is by how many sigmas the image contradicts AIS most.
+    `deviation` (n,) is by how many sigmas the image contradicts AIS most, `hidden_m` (n,) how much
+    of the ship's breadth across the line of sight is beyond the sides of its detection.
     """
 
     own: FloatArray
     shared: FloatArray
     covariance: FloatArray
     deviation: FloatArray
+    hidden_m: FloatArray
 
 
 def solve(roads: Roads) -> Solution:
     """Find the most probable places, turns and shared unknowns."""
     own, shared = np.zeros((3, len(roads.share))), np.zeros(SHARED)
-    by_shared = roads.by_shared
+    by_shared, of_shared = roads.by_shared, np.diag(1 / roads.shared_prior)
     for _ in range(ROUNDS):
-        residual, by_own, hull_variance = _linearised(roads, own, shared)
+        residual, by_own, hull_variance, hidden_m = _linearised(roads, own, shared)
         variance = roads.evidence_variance + hull_variance
         scale = _scale(roads, variance, residual, by_own, own)
         prior, prior_covariance = roads.prior / scale, roads.prior_covariance * scale
-        deviation = _deviation(variance, prior_covariance, residual, by_own, own)
+        innovation = residual - times(by_own, own)
+        spread = variance + _spread(prior_covariance, by_own, of_shared, by_shared)
+        deviation = np.abs(innovation) / np.sqrt(spread)
+        variance[0] += _of_hidden_sides(innovation[1], deviation[1])
         variance[1] *= np.maximum(1.0, deviation[1] / _ODD_WIDTH) ** 2
+        is_high = innovation[2] > 0
+        variance[2] *= np.where(is_high, np.maximum(1.0, deviation[2] / _HIDDEN_BELOW) ** 2, 1.0)
+        shared_prior = _eased(roads.shared_prior, shared)
         weighted = by_own / variance[:, None]
         lower = lower_factor((by_own[:, :, None] * weighted[:, None]).sum(axis=0) + prior)
         # Whitened by what is known of its ship, each ship is eliminated without an inverse.
@@ -196,18 +225,33 @@ def solve(roads: Roads) -> Solution:
         share = roads.share * trust
         all_seen = _flat(by_shared, np.sqrt(share / variance))
         explained = _flat(seen_by_shared, np.sqrt(share))
-        information = np.diag(roads.shared_prior) + all_seen @ all_seen.T - explained @ explained.T
+        information = np.diag(shared_prior) + all_seen @ all_seen.T - explained @ explained.T
         shared_slope = (
-            roads.shared_prior * shared
+            shared_prior * shared
             + all_seen @ (residual * np.sqrt(share / variance)).ravel()
             - explained @ (own_slope * np.sqrt(share)).ravel()
         )
         shared_step = -np.linalg.solve(information, shared_slope)
         own = own - unwhitened(lower, own_slope + shared_step @ seen_by_shared)
         shared = shared + shared_step
-    of_shared: FloatArray = np.asarray(np.linalg.inv(information), dtype=np.float64)
+        of_shared = np.asarray(np.linalg.inv(information), dtype=np.float64)
     covariance = _covariance(lower, unwhitened(lower, seen_by_shared), of_shared)
-    return Solution(own, shared, covariance, deviation.max(axis=0))
+    return Solution(own, shared, covariance, deviation.max(axis=0), hidden_m)
+
+
+def _eased(shared_prior: FloatArray, shared: FloatArray) -> FloatArray:
+    """Hold back (4,) less what all ships show to be farther off than it is said to be."""
+    surprise = np.abs(shared) * np.sqrt(shared_prior)
+    return np.asarray(shared_prior / np.maximum(1.0, surprise / _SURPRISING) ** 2)
+
+
+def _of_hidden_sides(innovation: FloatArray, deviation: FloatArray) -> FloatArray:
+    """Return the variances (n,) of middles whose boxes are narrower than their ships, rad^2.
+
+    What is missing may be hidden on either side: the middle is off by half of it.
+    """
+    missing = np.maximum(0.0, -innovation) * np.clip(deviation - _ODD_WIDTH, 0.0, 1.0)
+    return np.asarray((missing / 2) ** 2)
 
 
 def _flat(slopes: FloatArray, weight: FloatArray) -> FloatArray:
@@ -263,43 +307,43 @@ def _scale(
     others = by_place * place + variance[1]
     innovation = residual[1] - (width * own).sum(axis=0)
     excess = np.minimum(innovation**2, _SUSPICIOUS**2 * (by_heading + others)) - others
-    for group, prior, limits in (
+    for group, prior, usual, limits in (
         (roads.is_reported, *_COMPASSES),
         (~roads.is_reported, *_COURSES),
     ):
         # Each ship's square tells as much as the heading has part in it.
         told = by_heading[group] / (by_heading + others)[group] ** 2 * roads.share[group]
-        heading = (prior + told @ excess[group]) / (prior + told @ by_heading[group])
+        heading = (prior * usual + told @ excess[group]) / (prior + told @ by_heading[group])
         scale[2, 2, group] = min(max(heading, limits[0]), limits[1])
     return scale
 
 
-def _deviation(
-    variance: FloatArray,
+def _spread(
     prior_covariance: FloatArray,
-    residual: FloatArray,
     by_own: FloatArray,
-    own: FloatArray,
+    of_shared: FloatArray,
+    by_shared: FloatArray,
 ) -> FloatArray:
-    """Return how many sigmas each piece of evidence (3, n) is from what AIS leads to expect.
+    """Return by how much (3, n) AIS and what all ships share make the evidence vary, rad^2.
 
-    A ship whose evidence cannot be reconciled with its AIS state is probably another ship, and may
-    say little of the shared unknowns. One that only looks too wide or too narrow has other sizes
-    than AIS says or is half hidden, and is not turned for it.
+    A ship whose evidence is farther off cannot be reconciled with its AIS state: it is probably
+    another ship, and may say little of the shared unknowns. One that only looks too wide or too
+    narrow has other sizes than AIS says or is half hidden, and is not turned for it.
     """
-    innovation = residual - times(by_own, own)
-    spread = sum(
+    by_ais = sum(
         times(by_own, prior_covariance[:, unknown]) * by_own[:, unknown] for unknown in range(3)
     )
-    return np.asarray(np.abs(innovation) / np.sqrt(spread + variance))
+    together = (of_shared @ by_shared * by_shared).sum(axis=1)
+    return np.asarray(by_ais + together)
 
 
 def _linearised(
     roads: Roads, own: FloatArray, shared: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return residuals (3, n) in rad and their slopes by own unknowns (3, 3, n).
 
-    The last are the residuals' variances (3, n) by the unknown shape of the hull.
+    Then the residuals' variances (3, n) by the unknown shape of the hull, and how many metres (n,)
+    of the hull reach beyond the sides of the box.
     """
     forward, port = roads.turned(own[2])
     normals = roads.alpha_beta_gamma
@@ -309,9 +353,11 @@ def _linearised(
     away_m = times(normals, roads.middles(own, shared) - roads.center_in_world)
     gap = away_m + slim_m + _FULLNESS * (full_m - slim_m)
     by_turn = slim_turning + _FULLNESS * (full_turning - slim_turning)
+    by_turn += times(normals, roads.swung(own))
     by_own = np.concatenate([roads.by_place, roads.mixed(by_turn)[:, None]], axis=1)
     unsure = roads.shares.mixed_variances((_FULLNESS_SIGMA * (full_m - slim_m)) ** 2)
-    return roads.mixed(gap), by_own, unsure / roads.range_m**2
+    hidden_m = np.maximum(0.0, gap[0]) + np.maximum(0.0, -gap[1])
+    return roads.mixed(gap), by_own, unsure / roads.range_m**2, hidden_m
 
 
 def _reach(

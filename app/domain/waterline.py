@@ -10,6 +10,7 @@ mast something amidships. The height lies between the two, and its sigma says ho
 """
 
 from collections.abc import Sequence
+from itertools import compress
 
 import numpy as np
 
@@ -24,9 +25,18 @@ from app.domain.sighting import BoxSigmas, Sighting, VesselBoxes
 _UNSURE_PLACE_M = 10.0
 _CONTRADICTION = 4.0
 _TOP_M = 0.08  # masts a detector overlooks
+_TOP_SHARE = 0.005  # of a box's height: detectors are less exact on large vessels
+# Of a ship's breadth so much may be missing by its shape or a loose box before it counts as hidden.
+_SEEN_WHOLE = 0.12
+_MUCH_HIDDEN = 0.1
+# What is hidden may be higher than what is seen by so much, and by this share of the length.
+_MAST_M, _MAST_SHARE = 4.0, 0.08
+# Poles vanish where a metre has few pixels, and this much of the height with them.
+_POLE_PX_PER_M = 4.0
+_POLE_M = 1.0
 # A ship this high in share of its length has masts or a house amidships rather than a flat deck.
 _TALL_SHARE = 0.2
-_TOP_SIGMA = 0.4  # of where between the farthest corner and the middle the highest point is
+_TOP_SIGMA = 0.35  # of where between the farthest corner and the middle the highest point is
 # Bow-port, bow-starboard, stern-starboard, stern-port, in half lengths and half widths.
 _CORNERS = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
 
@@ -49,7 +59,14 @@ def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> V
     height_m, top_sigma_m = _heights(roads, rise, middle, bottom)
     by_place = -times(roads.enu, roads.delta) / rise
     bottom_covariance = _bottom_covariance(roads, solution)
-    top_variance = _edge_m(roads) ** 2 + _TOP_M**2 + top_sigma_m**2
+    hidden = _hidden_share(roads, solution)
+    top_variance = (
+        _edge_m(roads) ** 2
+        + _TOP_M**2
+        + _vanished_m(roads) ** 2
+        + top_sigma_m**2
+        + hidden * (_MAST_M + _MAST_SHARE * roads.sizes[0]) ** 2
+    )
     by_bottom = (by_place * times(bottom_covariance, by_place)).sum(axis=0)
     covariance = _centroid_covariance(bottom_covariance, by_place, top_variance)
     level_m, pitch, _, roll = solution.shared
@@ -67,20 +84,35 @@ def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> V
             heading_deg=np.degrees(np.sqrt(solution.covariance[2, 2])),
             height_m=np.sqrt(by_bottom + top_variance),
         ),
-        doubts=_doubts(covariance, solution.deviation),
+        doubts=_doubts(covariance, solution.deviation, hidden),
     )
 
 
-def _doubts(covariance: FloatArray, deviation: FloatArray) -> list[tuple[str, ...]]:
-    """Say of which boxes the place is unsure, and which of them contradict AIS."""
+def _doubts(
+    covariance: FloatArray, deviation: FloatArray, hidden: FloatArray
+) -> list[tuple[str, ...]]:
+    """Say of which boxes the place is unsure, which contradict AIS and which are half hidden."""
     east, north, both = covariance[0, 0], covariance[1, 1], covariance[0, 1]
     # The larger variance of the two along the ellipse's axes.
     worst = (east + north) / 2 + np.hypot((east - north) / 2, both)
-    is_unsure, is_odd = worst > _UNSURE_PLACE_M**2, deviation > _CONTRADICTION
-    return [
-        ("unsure_place",) * unsure + ("contradicts_ais",) * odd
-        for unsure, odd in zip(is_unsure.tolist(), is_odd.tolist(), strict=True)
-    ]
+    conditions = (
+        ("unsure_place", worst > _UNSURE_PLACE_M**2),
+        ("contradicts_ais", deviation > _CONTRADICTION),
+        ("partly_hidden", hidden > _MUCH_HIDDEN),
+    )
+    rows = zip(*(holds.tolist() for _, holds in conditions), strict=True)
+    names = [name for name, _ in conditions]
+    return [tuple(compress(names, row)) for row in rows]
+
+
+def _hidden_share(roads: Roads, solution: Solution) -> FloatArray:
+    """Return how much of each ship's breadth (n,) is surely not in its box, 0 to 1.
+
+    It has left the image or is behind another ship, and with it perhaps its highest point.
+    """
+    seen_m = roads.size_px[0] * roads.range_m / roads.focal_px
+    share = solution.hidden_m / (solution.hidden_m + seen_m)
+    return np.asarray(np.maximum(0.0, share - _SEEN_WHOLE) / (1 - _SEEN_WHOLE))
 
 
 def _heights(
@@ -99,13 +131,21 @@ def _heights(
 
 def _edge_m(roads: Roads) -> FloatArray:
     """Return one sigma (n,) of a detection's upper edge in metres at the ship."""
-    return np.asarray(roads.box_sigma_px * roads.range_m / roads.focal_px)
+    edge_px = np.hypot(roads.box_sigma_px, _TOP_SHARE * roads.size_px[1])
+    return np.asarray(edge_px * roads.range_m / roads.focal_px)
+
+
+def _vanished_m(roads: Roads) -> FloatArray:
+    """Return one sigma (n,) of what is too thin to be seen at the top of ships far away."""
+    px_per_m = roads.focal_px / roads.range_m
+    return np.asarray(_POLE_M * np.clip(1 - px_per_m / _POLE_PX_PER_M, 0.0, 1.0))
 
 
 def _bottom_covariance(roads: Roads, solution: Solution) -> FloatArray:
     """Return the covariances (3, 3, n) of the bottoms' middles, east, north, up."""
     to_enu = np.zeros((3, len(solution.covariance), len(roads.range_m)))
     to_enu[0, 0] = to_enu[1, 1] = to_enu[2, 3] = 1.0
+    to_enu[:, 2] = times(roads.enu, roads.swung(solution.own))
     to_enu[2, 4], to_enu[2, 6] = roads.range_m, roads.aside_m
     to_enu[:, 5] = roads.range_m * times(roads.enu, roads.right)
     return carried(to_enu, solution.covariance)

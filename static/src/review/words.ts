@@ -10,6 +10,7 @@ const FLAGS: ReadonlyMap<string, string> = new Map([
   ["no_width", "AIS gives no width"],
   ["no_height", "No height: the detection ends below the water plane"],
   ["unsure_place", "Its place is known to more than 10 m only"],
+  ["partly_hidden", "Not wholly in its detection: it may be higher than what is seen"],
   ["contradicts_ais", "The image and AIS hardly agree: maybe another vessel"],
   ["heading_not_reported", "AIS gives no heading: see where this one is from"],
   ["later_size", "AIS gave its size only after the image"],
