@@ -4,8 +4,7 @@ Each prompt report of a moving vessel is left out and estimated from the others.
 starts from the latest report at least as old as the row says. Hermite has the reports just before
 and after, nothing else left out, and falls into the row of the earlier one's age: where Danish
 traffic falls silent for over a minute there are two dozen of these, and their 95 % says little: it
-is the second largest error, and two ships turned meanwhile, one by 118 degrees. Of the others 95 %
-lie within 12 m, as in `spec`.
+lies between the second and the third largest error.
 `spec` is what was measured before Quaymark was built.
 
 Honesty: squared errors in units of the state's covariance have a median of 1.39 if the covariance

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from app.domain.ais import MPS_PER_KN, FixTimeSource, PositionReport
 from app.domain.local_metres import moved, offset_m
+from app.domain.track_bends import Vector, round_a_bend
 from app.domain.vessel_state import TrackMethod
 
 # How well the moment of a fix is known, s: a ship's way in this time is along its course.
@@ -38,6 +39,7 @@ _MIND_CHANGES_S = 90.0
 # Reports so old tell how far off the vessel's course and speed led.
 _UNSTEADY_S = (10.0, 90.0)
 _UNSTEADY_REPORTS = 8
+_BEND_S = 90.0  # between two reports so far apart a ship may well turn and be steady again
 _DAMPING_S = 20.0  # a turn dies away within so long
 _LONGEST_TURN_S = 30.0  # reports further apart do not tell how fast a ship turns now
 _FASTEST_TURN_DEG_S = 6.0
@@ -109,20 +111,22 @@ def along_course(
 
 
 def between(before: Sequence[PositionReport], last: PositionReport, at: datetime) -> Place:
-    """Cubic Hermite between the latest report before and the next, their velocities as tangents."""
+    """Cubic Hermite between the latest report before and the next, their velocities as tangents.
+
+    Over a longer silence a ship that turned goes round a bend instead, if its speeds allow.
+    """
     first = before[-1]
     span_s = (last.fix_time - first.fix_time).total_seconds()
+    since_s = (at - first.fix_time).total_seconds()
+    s = since_s / span_s
     chord = offset_m(first.lat_deg, first.lon_deg, last.lat_deg, last.lon_deg)
     mean_mps = (chord[0] / span_s, chord[1] / span_s)
-    start_mps = velocity_mps(first) or mean_mps
-    end_mps = velocity_mps(last) or mean_mps
-    s = (at - first.fix_time).total_seconds() / span_s
-    from_start = s * (1 - s) ** 2 * span_s
-    from_end = s**2 * (s - 1) * span_s
-    along = s**2 * (3 - 2 * s)
-    east_m, north_m = (
-        along * chord[axis] + from_start * start_mps[axis] + from_end * end_mps[axis]
-        for axis in (0, 1)
+    start_mps, end_mps = velocity_mps(first), velocity_mps(last)
+    bend = None
+    if span_s >= _BEND_S and start_mps and end_mps:
+        bend = round_a_bend(chord, start_mps, end_mps, span_s, since_s)
+    east_m, north_m = bend or _on_a_cubic(
+        chord, start_mps or mean_mps, end_mps or mean_mps, span_s, s
     )
     lat_deg, lon_deg = moved(first.lat_deg, first.lon_deg, east_m, north_m)
     known = [report.sog_kn for report in (first, last) if report.sog_kn is not None]
@@ -140,6 +144,20 @@ def between(before: Sequence[PositionReport], last: PositionReport, at: datetime
         degrees(atan2(*mean_mps)),
         *_sigmas_m(TrackMethod.HERMITE, before, (first, last), speed_kn, s * (1 - s) * span_s),
     )
+
+
+def _on_a_cubic(
+    chord_m: Vector, start_mps: Vector, end_mps: Vector, span_s: float, s: float
+) -> Vector:
+    """Return the place at the share `s` of the time, m from the first."""
+    from_start = s * (1 - s) ** 2 * span_s
+    from_end = s**2 * (s - 1) * span_s
+    along = s**2 * (3 - 2 * s)
+    east_m, north_m = (
+        along * chord_m[axis] + from_start * start_mps[axis] + from_end * end_mps[axis]
+        for axis in (0, 1)
+    )
+    return east_m, north_m
 
 
 def velocity_mps(report: PositionReport) -> tuple[float, float] | None:
