@@ -20,10 +20,16 @@ from app.domain.table_names import UNKNOWN_WORDS
 Cells = Mapping[str, str]
 _SHOWN = 40
 _DATE = re.compile(
-    r"(\d{1,2})[./-](\d{1,2})[./-](\d{4})(?:[ T,]+(\d{1,2}):(\d\d)(?::(\d\d)(?:[.,](\d{1,6})\d*)?)?"
+    r"(\d{1,2})[./-](\d{1,2}|[A-Za-zä]{3})[./-](\d{4})"
+    r"(?:[ T,]+(\d{1,2}):(\d\d)(?::(\d\d)(?:[.,](\d{1,6})\d*)?)?"
     r" ?([AaPp][Mm])?)? ?(?:(Z|UTC)|([+-]\d\d):?(\d\d))?"
 )
 _COMPACT = re.compile(r"(\d{4})(\d\d)(\d\d)[ T_-]?(\d\d)(\d\d)(\d\d)(?:[.,](\d{1,6})\d*)?(Z)?")
+# As databases and spreadsheets shorten them, in English and in German.
+_MONTHS = {
+    "jan": 1, "feb": 2, "mar": 3, "apr": 4, "may": 5, "jun": 6, "jul": 7, "aug": 8, "sep": 9,
+    "oct": 10, "nov": 11, "dec": 12, "mär": 3, "mrz": 3, "mai": 5, "okt": 10, "dez": 12,
+}  # fmt: skip
 _EXAMPLES = {
     TimeFormat.ISO: "an ISO date such as 2024-05-01T12:00:00Z, or an epoch in seconds",
     TimeFormat.DAY_FIRST: "a date with the day first such as 31/05/2024 12:00:00",
@@ -145,7 +151,8 @@ def _date(text: str, *, day_first: bool) -> datetime:
     match = _DATE.fullmatch(text)
     if match is None:
         raise ValueError(text)
-    day, month = (1, 2) if day_first else (2, 1)
+    is_named = not match[2].isdigit()
+    day, month = (1, 2) if day_first or is_named else (2, 1)
     hour = int(match[4] or 0)
     if half := (match[8] or "").lower():
         if not 1 <= hour <= 12:
@@ -153,7 +160,7 @@ def _date(text: str, *, day_first: bool) -> datetime:
         hour = hour % 12 + (12 if half == "pm" else 0)
     return datetime(
         int(match[3]),
-        int(match[month]),
+        _MONTHS.get(match[month].lower(), 0) if is_named else int(match[month]),
         int(match[day]),
         hour,
         int(match[5] or 0),

@@ -22,7 +22,7 @@ _MOST = 2 / 3  # of a column's cells tell what it holds; a few may say "not avai
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 _DECIMAL = re.compile(r"-?\d{1,3}[.,]\d+")
 _DECIMAL_COMMA = re.compile(r"-?\d+,\d+")
-_PARTS_OF_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-]\d{4}(.*)")
+_PARTS_OF_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2}|[A-Za-zä]{3})[./-]\d{4}(.*)")
 _SEPARATOR = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 _FOURTEEN = re.compile(r"\d{14}(?:\.\d+)?Z?|\d{8}[ T_-]\d{6}Z?")
 DANISH = "Danish Maritime Authority"  # writes the day first, always
@@ -192,7 +192,7 @@ def _time_format(
     dates = [match for text in texts if (match := _PARTS_OF_DATE.fullmatch(text))]
     if not dates or len(dates) < len(texts) / 2:
         return TimeFormat.ISO
-    if any(int(match[1]) > 12 for match in dates):
+    if any(not match[3].isdigit() or int(match[1]) > 12 for match in dates):
         return TimeFormat.DAY_FIRST
     if any(int(match[3]) > 12 or "M" in match[4].upper() for match in dates):
         return TimeFormat.MONTH_FIRST
