@@ -136,6 +136,25 @@ def test_a_track_is_broken_at_silences(client: TestClient, database: Database) -
     assert [feature["geometry"]["type"] for feature in part.json()["features"]] == ["Point"]
 
 
+def test_the_maps_tracks_are_steps_from_the_stretchs_beginning(
+    client: TestClient, database: Database
+) -> None:
+    """Own and shared fixes of a stretch in an area, each once, unknown motion as -1."""
+    with database.writing() as session:
+        site = make_site(session)
+        for owner in (site, None):
+            make_position(session, owner, NOON, lat_deg=53.5).sog_kn = None
+        make_position(session, site, NOON + MINUTE, lat_deg=53.501)
+        make_position(session, site, NOON, mmsi=MMSI + 1, lat_deg=-33.0)
+        path = f"/api/v1/sites/{site.id}/ais/tracks"
+    query = {"from": (NOON - MINUTE).isoformat(), "bbox": "9,53,10,54"}
+    found = client.get(path, params=query).json()
+    (vessel,) = found["vessels"]
+    assert (vessel["mmsi"], vessel["flags"]) == (MMSI, [])
+    assert (vessel["t"], vessel["lat"], vessel["sog"]) == ([60, 60], [5_350_000, 100], [-1, 95])
+    assert found["read_until"] == found["end"]
+
+
 def test_reports_for_fusion(database: Database) -> None:
     """The window holds near reports of the site and shared ones, each fix once, with row ids."""
     with database.writing() as session:
