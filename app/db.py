@@ -134,8 +134,7 @@ def make_engine(database_url: str) -> sa.Engine:
     if url.get_backend_name() != "sqlite":
         return sa.create_engine(
             url,
-            pool_size=10,
-            max_overflow=20,
+            **POOL,
             pool_pre_ping=True,
             json_serializer=json_text,
             json_deserializer=from_json_text,
@@ -144,6 +143,7 @@ def make_engine(database_url: str) -> sa.Engine:
         Path(url.database).parent.mkdir(parents=True, exist_ok=True)
     engine = sa.create_engine(
         url,
+        **({} if url.database == ":memory:" else POOL),
         connect_args={"timeout": BUSY_TIMEOUT_MS / 1000},
         json_serializer=json_text,
         json_deserializer=from_json_text,
@@ -179,6 +179,9 @@ class Database:
         self.engine = make_engine(database_url)
         self.is_sqlite = self.engine.dialect.name == "sqlite"
         self._writing_engine = self.engine.execution_options(writes=True)
+        # The event loop's own connection: it must never wait for one that a request holds which
+        # only the loop could bring to its end.
+        self._loop_engine = make_engine(database_url) if self.is_sqlite else self.engine
 
     def session(self, *, writes: bool) -> Session:
         """Open a session; its transaction begins at the first statement."""
@@ -194,6 +197,12 @@ class Database:
             yield session
 
     @contextmanager
+    def glancing(self) -> Iterator[Session]:
+        """Give a session for a short look-up: on SQLite one that is safe on the event loop."""
+        with Session(self._loop_engine, expire_on_commit=False) as session:
+            yield session
+
+    @contextmanager
     def writing(self) -> Iterator[Session]:
         """Give a session in one transaction, committed when the block ends well."""
         with self.session(writes=True) as session, session.begin():
@@ -202,3 +211,4 @@ class Database:
     def dispose(self) -> None:
         """Close all connections."""
         self.engine.dispose()
+        self._loop_engine.dispose()

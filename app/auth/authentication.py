@@ -30,6 +30,7 @@ class Authentication:
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
+        self._is_noting = False
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Identify the caller, then go on; an unknown caller goes on as nobody."""
@@ -41,28 +42,34 @@ class Authentication:
                 bearer, cookie = bearer_of(headers), session_cookie_of(headers)
                 if bearer is not None or cookie is not None:
                     database: Database = scope["app"].state.database
-                    state["access"] = await _access(database, bearer, cookie)
+                    state["access"] = await self._access(database, bearer, cookie)
         await self._app(scope, receive, send)
 
-
-async def _access(database: Database, bearer: str | None, cookie: str | None) -> Access | None:
-    moment = now()
-    if database.is_sqlite:
-        # One look-up by an index in a file that lets readers pass: quicker than changing threads.
-        caller = _identify(database, bearer, cookie, moment)
-    else:
-        caller = await run_in_threadpool(_identify, database, bearer, cookie, moment)
-    if caller is None:
-        return None
-    if caller.token_to_note is not None:
-        await run_in_threadpool(_note_token_use, database, caller.token_to_note, moment)
-    return caller.access
+    async def _access(
+        self, database: Database, bearer: str | None, cookie: str | None
+    ) -> Access | None:
+        moment = now()
+        if database.is_sqlite:
+            # One look-up by an index in a file that lets readers pass: quicker than a thread.
+            caller = _identify(database, bearer, cookie, moment)
+        else:
+            caller = await run_in_threadpool(_identify, database, bearer, cookie, moment)
+        if caller is None:
+            return None
+        # One writes at a time; of hundreds that come at once the others would only wait for it.
+        if caller.token_to_note is not None and not self._is_noting:
+            self._is_noting = True
+            try:
+                await run_in_threadpool(_note_token_use, database, caller.token_to_note, moment)
+            finally:
+                self._is_noting = False
+        return caller.access
 
 
 def _identify(
     database: Database, bearer: str | None, cookie: str | None, moment: datetime
 ) -> service.Caller | None:
-    with database.reading() as session:
+    with database.glancing() as session:
         return service.authenticate(session, bearer=bearer, cookie=cookie, moment=moment)
 
 

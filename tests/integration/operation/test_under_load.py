@@ -5,15 +5,18 @@ import socket
 import threading
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import ExitStack
 from http.client import HTTPConnection, HTTPResponse
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
 import sqlalchemy as sa
+from fastapi import FastAPI
+from starlette.testclient import TestClient
 
 from app.config import Settings
-from app.db import Database
+from app.db import POOL, Database
 from app.tables.identity import Role
 from app.tables.runs import Run, RunStatus
 from app.tables.sites import Site
@@ -122,3 +125,16 @@ def test_a_crowd_is_answered_refused_at_once_and_outlived(
     assert server.code in {0, -signal.SIGTERM}
     with database.reading() as session:
         assert sorted(session.scalars(sa.select(Site.name))) == ["Elbe harbour", "Kiel"]
+
+
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)
+def test_who_calls_is_known_while_every_connection_is_taken(
+    client: TestClient, app: FastAPI
+) -> None:
+    """The event loop never waits for a connection that only it could set free."""
+    database: Database = app.state.database
+    assert client.get("/api/v1/me").status_code == 200  # the token's use is noted now
+    with ExitStack() as taken:
+        for _ in range(POOL["pool_size"] + POOL["max_overflow"]):
+            taken.enter_context(database.engine.connect())
+        assert client.get("/api/v1/no-such-thing").status_code == 404
