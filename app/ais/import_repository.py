@@ -21,6 +21,7 @@ from sqlalchemy.orm import Session, aliased
 from app.ais.postgres_rows import copy_of
 from app.ais.rows import POSITION_COLUMNS, STATIC_COLUMNS, Row, arrays_of, text_of
 from app.ais.sqlite_image import TABLE, database_image
+from app.db import Database
 from app.domain.ais_bulk import ACCURACIES, AIS_CLASSES, SOURCES, PositionTable
 from app.domain.nmea_times import moment_of
 from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
@@ -161,12 +162,25 @@ def last_position_id(session: Session) -> int:
     return session.scalar(sa.select(sa.func.coalesce(sa.func.max(AisPosition.id), 0))) or 0
 
 
-def add_positions(session: Session, origin: Origin, table: PositionTable) -> int:
+@dataclass(frozen=True, slots=True)
+class Arriving:
+    """Positions on their way, and on SQLite the database in memory that they arrive as."""
+
+    table: PositionTable
+    image: bytes
+
+
+def arriving(database: Database, table: PositionTable) -> Arriving:
+    """Return positions as the database takes them: made while others may still write."""
+    return Arriving(table, database_image(arrays_of(table)) if database.is_sqlite else b"")
+
+
+def add_positions(session: Session, origin: Origin, positions: Arriving) -> int:
     """Add positions of a part; return how many were new."""
-    is_known_time = origin.last_id > 0 and _is_time_known(session, origin, table)
+    is_known_time = origin.last_id > 0 and _is_time_known(session, origin, positions.table)
     if _is_sqlite(session):
-        return _keep_on_sqlite(session, origin, table, is_known_time=is_known_time)
-    return _keep_on_postgres(session, origin, table, is_known_time=is_known_time)
+        return _keep_on_sqlite(session, origin, positions.image, is_known_time=is_known_time)
+    return _keep_on_postgres(session, origin, positions.table, is_known_time=is_known_time)
 
 
 def add_statics(session: Session, origin: Origin, rows: Sequence[Row]) -> None:
@@ -267,14 +281,12 @@ def _is_time_known(session: Session, origin: Origin, table: PositionTable) -> bo
     return bool(session.connection().exec_driver_sql(statement, bounds).scalar())
 
 
-def _keep_on_sqlite(
-    session: Session, origin: Origin, table: PositionTable, *, is_known_time: bool
-) -> int:
+def _keep_on_sqlite(session: Session, origin: Origin, image: bytes, *, is_known_time: bool) -> int:
     """Let rows arrive as a database in memory, and copy them out of it."""
     driver = _sqlite(session)
     if not any(name == "arriving" for _, name, _ in driver.execute("PRAGMA database_list")):
         driver.execute("ATTACH ':memory:' AS arriving")
-    driver.deserialize(database_image(arrays_of(table)), name="arriving")
+    driver.deserialize(image, name="arriving")
     sa.event.listen(session, "after_commit", lambda _: driver.execute("DETACH arriving"), once=True)
     condition = _UNLESS_KNOWN if is_known_time else ""
     driver.execute(_SQLITE_CACHE)

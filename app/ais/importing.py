@@ -225,7 +225,8 @@ def _stored(
 
 def _write(database: Database, origin: Origin, batch: RowBatch) -> int:
     # Made before the turn: others may write meanwhile.
-    positions, statics = batch.positions(), batch.static_rows()
+    table, statics = batch.positions(), batch.static_rows()
+    positions = None if table is None else import_repository.arriving(database, table)
     with turn_to_write(database), database.writing() as session:
         import_repository.add_statics(session, origin, statics)
         if positions is None:
