@@ -33,6 +33,8 @@ CONSTRAINT_NAMES = {
     "pk": "pk_%(table_name)s",
 }
 
+ONLY_ON = "only_on"  # in a constraint's `info`: the one dialect whose databases have it
+
 Json = sa.JSON().with_variant(JSONB(), "postgresql")
 
 

@@ -16,7 +16,7 @@ from alembic.config import Config
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 
-from app.db import Base, Database
+from app.db import ONLY_ON, Base, Database
 from app.errors import Conflict
 from app.jobs import migrate_job_tables
 from app.locator import locate
@@ -111,11 +111,23 @@ def differences(database: Database) -> list[object]:
             connection,
             opts={
                 "include_name": lambda name, kind, _parents: kind != "table" or name in own,
+                "include_object": is_compared,
                 "compare_type": True,
             },
         )
         with _calm_about_expressions():
             return list(compare_metadata(migration_context, Base.metadata))
+
+
+def is_compared(
+    item: sa.sql.schema.SchemaItem,
+    _name: str | None,
+    _kind: str,
+    _is_reflected: bool,  # noqa: FBT001  Alembic's signature
+    _other: sa.sql.schema.SchemaItem | None,
+) -> bool:
+    """Leave out what only SQLite's databases have; those were made with it, and keep it."""
+    return ONLY_ON not in item.info
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from alembic import context
 
 import app.tables  # noqa: F401  registers the tables
 from app.db import Base, UtcDateTime
+from app.schema import is_compared
 
 OWN_TABLES = frozenset(Base.metadata.tables)
 
@@ -25,6 +26,7 @@ context.configure(
     connection=connection,
     target_metadata=Base.metadata,
     include_name=include_name,
+    include_object=is_compared,
     render_as_batch=connection.dialect.name == "sqlite",
     compare_type=True,
     render_item=render_item,
