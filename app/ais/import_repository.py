@@ -56,7 +56,7 @@ WHERE NOT EXISTS (
 _SQLITE_STATICS = f"""
 INSERT INTO {_STATICS} VALUES ({", ".join("?" for _ in STATIC_COLUMNS)}, {{site_id}}, {{file_id}})
 """  # noqa: S608  made of the pieces above
-_SQLITE_CACHE = "PRAGMA cache_size = -32768"  # KiB, while rows are written; else SQLite's own
+_SQLITE_CACHE = "PRAGMA cache_size = -65536"  # KiB, while rows are written; else SQLite's own
 _SQLITE_CACHE_AFTER = "PRAGMA cache_size = -2000"
 
 

@@ -51,7 +51,7 @@ STATIC_COLUMNS = (
     "to_starboard_m",
     "mothership_mmsi",
 )
-_MOST = 80_000  # a second transaction would write most pages of the indexes again
+_MOST = 120_000  # a second transaction would write most pages of the indexes again
 _LARGEST_INTEGER = 2**31 - 1
 
 
