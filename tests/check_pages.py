@@ -59,7 +59,10 @@ NO_PAGES = (
     f"{API}/",
 )
 # Pages that ask about something named in their query.
-QUERIES = {"/deletions/ask": "?entity=feed&id={feed_id}"}
+QUERIES = {
+    "/deletions/ask": "?entity=feed&id={feed_id}",
+    "/exports/preview": "?run_id={run_id}&format=csv",
+}
 DOCS = f"{API}/docs"
 SIGNED_OUT = "/sign-in"
 Pages = dict[str, str]

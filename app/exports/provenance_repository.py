@@ -35,6 +35,20 @@ def grades(session: Session, pose_ids: Ids, verdict: str) -> Counter[str | None]
     return found
 
 
+def bytes_of_images(session: Session, image_ids: Sequence[int]) -> int:
+    """Return how large photographs are together."""
+    images = Image.__table__.c
+    return sum(
+        session.scalar(
+            sa.select(sa.func.coalesce(sa.func.sum(images.size_bytes), 0)).where(
+                among(images.id, image_ids[start : start + IDS_AT_ONCE])
+            )
+        )
+        or 0
+        for start in range(0, len(image_ids), IDS_AT_ONCE)
+    )
+
+
 def times(session: Session, image_ids: Sequence[int]) -> tuple[datetime, datetime]:
     """Return when the first and the last of some photographs were taken."""
     images = Image.__table__.c

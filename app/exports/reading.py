@@ -71,6 +71,11 @@ class Reading:
         mask = np.fromiter((part_of(*pair) == name for pair in pairs), bool, len(self))
         return Reading(self._context, _where(self.chosen, mask), (), name)
 
+    def first(self, count: int) -> "Reading":
+        """Return the first poses alone."""
+        mask = np.arange(len(self)) < count
+        return Reading(self._context, _where(self.chosen, mask), self.parts, self.only)
+
     def __len__(self) -> int:
         return len(self.chosen.pose_ids)
 

@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
 from app.operation.harbour_site import DETECTOR_NAME
+from tests.browser.axe import findings
 from tests.browser.conftest import HARBOUR, Complaints, Installation, MakeRun
 from tests.browser.review_page import ReviewPage
 from tests.factories.imagery import photograph
@@ -148,7 +149,7 @@ def test_a_wrong_number_is_told_beside_its_field(page: Page, complaints: Complai
 def test_an_export_is_made_and_downloaded(
     page: Page, make_run: MakeRun, api: httpx2.Client, tmp_path: Path
 ) -> None:
-    """From a run to a COCO file on disk: it parses and holds the graded poses chosen."""
+    """Three clicks from a run, its contents seen on the way; the file holds the poses chosen."""
     run_id = make_run("To be exported")
     review = ReviewPage(page)
     review.open(run_id)
@@ -157,11 +158,16 @@ def test_an_export_is_made_and_downloaded(
     page.goto(f"/runs/{run_id}")
     page.get_by_role("link", name="Export", exact=True).click()
     page.get_by_label("Good").check()
+    page.get_by_role("button", name="See what it holds").click()
+    expect(page).to_have_url(re.compile(rf"preview\?run_id={run_id}&grade=good&format=coco$"))
+    expect(page.get_by_role("region", name="In short")).to_contain_text("2poses")
+    expect(page.get_by_role("region", name="The first poses").locator("tbody tr")).to_have_count(2)
+    expect(page.locator("#curl-request")).to_contain_text("--json")
     page.get_by_role("button", name="Make the export").click()
-    newest = page.locator("tbody tr").first
-    wait_until(lambda: _ready(page), what="the export")
+    page.get_by_role("link", name="Download").wait_for(timeout=60_000)  # it comes by itself
+    assert findings(page) == []
     with page.expect_download() as download:
-        newest.get_by_role("link", name="Download").click()
+        page.get_by_role("link", name="Download").click()
     path = tmp_path / "export.json"
     download.value.save_as(path)
     coco: dict[str, Any] = json.loads(path.read_text())
@@ -176,8 +182,3 @@ def test_an_export_is_made_and_downloaded(
         assert (x, y, x + width, y + height) == pytest.approx(
             [box[side] for side in ("x1_px", "y1_px", "x2_px", "y2_px")]
         )
-
-
-def _ready(page: Page) -> bool:
-    page.goto("/exports")
-    return page.locator("tbody tr").first.get_by_role("link", name="Download").count() == 1

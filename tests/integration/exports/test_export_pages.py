@@ -1,5 +1,9 @@
 """The page of exports."""
 
+import html
+import json
+import re
+import shlex
 from collections.abc import Callable
 
 import pytest
@@ -8,6 +12,8 @@ from starlette.testclient import TestClient
 
 from app.db import Database
 from app.exports import repository, service
+from app.exports.filters import ExportFilters, ExportOptions
+from app.exports.preview import look
 from app.tables.exports import Export
 from app.tables.identity import User
 from tests.factories.runs import Harbour, make_run
@@ -34,18 +40,60 @@ def test_the_form_asks_and_the_list_offers_the_file(
     browser_of: Callable[[User], TestClient],
     make_user: Callable[..., User],
 ) -> None:
-    """A form sent leads back to the list, which shows the wait and then the download."""
+    """A form sent leads to the export's page, which shows the wait and then what to download."""
     browser = browser_of(make_user("reviewer"))
     form = {"format": "coco", "run_id": str(run_id), "grade": ["good", "ok"]}
     sent = browser.post("/exports", data=form)
-    assert (sent.status_code, sent.headers["location"]) == (303, "/exports")
     (export,) = exports(database)
+    here = f"/exports/{export.id}"
+    assert (sent.status_code, sent.headers["location"]) == (303, here)
     assert export.filters == {"run_id": run_id, "grade": ["good", "ok"]}
     assert export.anonymise
-    waiting = browser.get("/exports").text
-    assert f"/api/v1/exports/{export.id}/download" not in waiting
+    for place in ("/exports", here):
+        assert f"/api/v1/exports/{export.id}/download" not in browser.get(place).text
     make(export.id)
     assert f"/api/v1/exports/{export.id}/download" in browser.get("/exports").text
+    done = browser.get(here).text
+    (export,) = exports(database)
+    assert str(export.sha256) in done
+    assert f"-C - -o quaymark-export-{export.id}.json" in done
+    stranger = browser_of(make_user("viewer"))
+    assert stranger.get(here).status_code == 404
+
+
+def test_an_export_is_looked_at_before_it_is_made(
+    database: Database,
+    run_id: int,
+    make: Make,
+    client: TestClient,
+    browser_of: Callable[[User], TestClient],
+    make_user: Callable[..., User],
+) -> None:
+    """Counts, grades, first poses, the size and a command, which asks for the very same."""
+    browser = browser_of(make_user("reviewer"))
+    wanted = f"format=csv&run_id={run_id}&grade=ungraded&range_max_m=5000"
+    untidy = browser.get(f"/exports/preview?{wanted}&camera_id=&mmsi=")
+    address = untidy.headers["location"]
+    assert address == f"/exports/preview?run_id={run_id}&grade=ungraded&range_max_m=5000&format=csv"
+    shown = browser.get(address).text
+    (command,) = re.findall(r'<pre[^>]* id="curl-request">(.*?)</pre>', shown, re.DOTALL)
+    words = shlex.split(html.unescape(command).replace("\\\n", ""))
+    body = json.loads(words[words.index("--json") + 1])
+    asked = client.post("/api/v1/exports", json=body).json()
+    make(asked["id"])
+    made = client.get(f"/api/v1/exports/{asked['id']}").json()
+    filters, options = ExportFilters.model_validate(body["filters"]), ExportOptions()
+    with database.reading() as session:
+        held = look(session, service.Request("csv", filters, options, None, anonymise=True))
+    assert (held.poses, held.images, held.vessels) == (3, 2, 2)
+    assert held.grades["ungraded"] == 3
+    assert held.size_bytes == made["size_bytes"]
+    assert [row["vessel"] for row in held.rows if row["vessel"] in shown] == [
+        row["vessel"] for row in held.rows
+    ]
+    nothing = browser.get("/exports/preview?range_min_m=900000&format=bop").text
+    assert "No pose fits" in nothing
+    assert browser.get("/exports/preview?format=xlsx").status_code == 422
 
 
 @pytest.mark.parametrize(
