@@ -2,8 +2,8 @@
 
 The run is the whole of it: a real worker that decodes, detects, reads AIS, matches, fuses and
 stores every row durably on SQLite. The loop only decodes in full, letterboxes and runs the same
-model with as many threads, with the same memory and thread settings as the worker (with the
-libraries' defaults it is the slower of the two), and as patiently (workers are nice). They take
+model on all cores, with the same memory and thread settings as the worker (with the libraries'
+defaults it is the slower of the two), and as patiently (workers are nice). They take
 turns, because a machine's speed drifts by the minute. A run decodes and detects beside fusing and
 storing, so it needs a second core to keep up by the clock; CPU time says what it costs where other
 programs want the cores too, less what the worker takes for looking for work meanwhile. Runs are
