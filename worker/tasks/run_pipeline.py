@@ -72,21 +72,19 @@ class RunPipeline:
         self._runner = runner
         self._database = database
         self._ahead = DetectAhead(storage)
-        self._looks: dict[int, Looks] = {}
         self._images_per_step = settings.images_per_step
         self._detectors = DetectorPool(storage, settings)
 
     def do(self, run_id: int, first: int = 0) -> None:
         """Do a run from its first image that is not done to its end; before `first` all are."""
         plan = self._runner.step("begin", self._begin, run_id)
-        looks = self._looks[run_id] = Looks()
+        looks = Looks()
         try:
             for start in range(first, plan["images"], plan["images_per_step"]):
                 stop = start + plan["images_per_step"]
-                self._runner.step("images", self._do_images, run_id, start, stop)
+                self._runner.step("images", self._do_images, run_id, start, stop, looks)
         finally:
             looks.give_up()
-            del self._looks[run_id]
         self._runner.step("finish", self._finish, run_id, first)
 
     def fail(self, reason: str, run_id: int, _first: int = 0) -> None:
@@ -108,9 +106,8 @@ class RunPipeline:
         check_clock.act_on(self._runner.session(), run_id, doubted)
         batches.finish(self._runner.session(), run_id, RunStatus.SUCCEEDED)
 
-    def _do_images(self, run_id: int, start: int, stop: int) -> int:
+    def _do_images(self, run_id: int, start: int, stop: int, looks: Looks) -> int:
         batch = self._read(run_id, start, stop)
-        looks = self._looks[run_id]
         unseen = [image.sha256 for image in batch.images if batch.is_to_be_detected(image)]
         looks.keep({*unseen, *batch.next_sha256s})
         self._ahead.begin(looks, batch.detector, [*unseen, *batch.next_sha256s])
