@@ -82,7 +82,7 @@ def show_report(
         heard=repository.heard(session, chosen),
         posed_vessels=repository.posed_vessels(session, chosen),
         runs=[(run, runs.label(run), setting_words.shown(run.parameters)) for run in made],
-        class_sets={"moving": "moving", "all": "all five classes"},
+        class_sets={"moving": "moving", "all": "all classes"},
         grade_names={"good": "Good", "ok": "OK", "bad": "Bad", "wrong": "Wrong match"},
         **_figures(session, access, chosen),
     )
