@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from sqlalchemy.orm import Session
 
 from app.db import Database, now
-from app.errors import Conflict, Invalid, NotFound, looked_up_by
+from app.errors import Conflict, Invalid, NotFound, StorageFull, looked_up_by
 from app.exports import repository
 from app.exports.filters import ExportFilters, ExportOptions
 from app.exports.formats import FORMATS
@@ -23,6 +23,7 @@ from app.paging import Paging
 from app.runs import service as runs
 from app.sites import service as sites
 from app.storage import Storage, Stored
+from app.storing_together import FULL
 from app.tables.exports import Export, ExportStatus
 from app.tables.webhooks import WebhookEvent
 from app.webhooks.outbox import announce
@@ -130,14 +131,20 @@ def begin(session: Session, export_id: int) -> None:
 def make_file(database: Database, storage: Storage, export_id: int) -> tuple[Stored, Written]:
     """Write an export's file into the store; returns its address and what it holds.
 
-    Raises NoLongerWanted when it is cancelled meanwhile.
+    Raises NoLongerWanted when it is cancelled meanwhile, StorageFull when a disk is full.
     """
     with database.reading() as session:
         export = get_export(session, export_id)
-    with tempfile.SpooledTemporaryFile(IN_MEMORY_BYTES) as draft:
-        what = write_export(database, export, draft, storage, _teller(database, export_id))
-        draft.seek(0)
-        return storage.put_stream(draft), what
+    try:
+        with tempfile.SpooledTemporaryFile(IN_MEMORY_BYTES) as draft:
+            what = write_export(database, export, draft, storage, _teller(database, export_id))
+            draft.seek(0)
+            return storage.put_stream(draft), what
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        folder = tempfile.gettempdir()
+        raise StorageFull(f"there is no room left in {folder}; free some and try again") from error
 
 
 def _teller(database: Database, export_id: int) -> Advanced:

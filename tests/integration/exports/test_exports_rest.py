@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from starlette.testclient import TestClient
 from app.auth.access import Scope
 from app.config import Settings
 from app.db import Database
+from app.errors import StorageFull
 from app.exports import repository, service
 from app.storage import Storage
 from app.tables.exports import Export
@@ -165,6 +167,23 @@ def test_a_file_the_store_lost_is_not_there(
     assert path is not None
     path.unlink()
     assert client.get(f"{EXPORTS}/{export_id}/download").status_code == 404
+
+
+def test_a_full_disk_is_named_and_the_next_export_goes_well(
+    client: TestClient, run_id: int, make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where there is no room for the draft people read which folder it was, not an errno."""
+    export_id = asked(client, filters={"run_id": run_id})
+    with monkeypatch.context() as full:
+        full.setattr(
+            service.tempfile,
+            "SpooledTemporaryFile",
+            lambda _: Path("/dev/full").open("r+b", buffering=0),  # noqa: SIM115  closed by who asked
+        )
+        with pytest.raises(StorageFull, match="no room left in /"):
+            make(export_id)
+    make(export_id)
+    assert status(client, export_id) == "succeeded"
 
 
 def test_the_same_key_asks_once(client: TestClient, database: Database) -> None:
