@@ -34,7 +34,8 @@ def captured_at(
         return in_zone(by_name, timezone, "captured_at"), CaptureTimeSource.FILE_NAME
     raise Invalid.field(
         "captured_at",
-        "neither EXIF nor the file's name tells when the picture was taken; send captured_at "
-        "(ISO 8601, such as 2026-11-22T10:00:05Z), or give the camera a file_name_pattern such "
-        "as cam_%Y%m%d_%H%M%S",
+        "neither EXIF nor the file's name tells when the picture was taken; give the camera a "
+        "file name pattern such as cam_%Y%m%d_%H%M%S (Edit), take times from a table or the "
+        "files' dates (Import folders and zips), or send captured_at (ISO 8601, such as "
+        "2026-11-22T10:00:05Z)",
     )

@@ -11,10 +11,14 @@ from pathlib import PurePosixPath
 
 COMMON_PATTERNS = (
     "%Y-%m-%dT%H-%M-%S",
+    "%Y-%m-%dT%H:%M:%S",
     "%Y-%m-%d_%H-%M-%S",
+    "%Y-%m-%d %H-%M-%S",
+    "%Y-%m-%d %H.%M.%S",
     "%Y-%m-%d_%H%M%S",
     "%Y%m%dT%H%M%S",
     "%Y%m%d_%H%M%S",
+    "%Y%m%d_%H%M%S%f",
     "%Y%m%d-%H%M%S",
     "%Y%m%d%H%M%S",
 )
@@ -31,6 +35,7 @@ LETTERS = {
     "%z": r"(?P<z>Z|[+-]\d{2}:?\d{2})",
     "%s": r"(?P<s>\d{10})",
 }
+ZONES = re.compile(r"[+-](0\d|1[0-4]):?(00|15|30|45)")
 NEEDED = ("%m", "%d", "%H", "%M")
 
 
@@ -64,8 +69,23 @@ def from_file_name(file_name: str, pattern: str | None) -> datetime | None:
 
 
 def _matched(stem: str, pattern: str) -> datetime | None:
-    found = _expression(pattern).search(stem)
+    found = _zoned(stem, pattern) or _expression(pattern).search(stem)
     return _moment(found.groupdict()) if found else None
+
+
+def _zoned(stem: str, pattern: str) -> re.Match[str] | None:
+    """Find the pattern with a zone right behind it, which no one would drop on purpose.
+
+    After a minus there may as well be a counter, unless the time is written as ISO 8601 does.
+    """
+    if not pattern.endswith("%S"):
+        return None
+    found = _expression(f"{pattern}%z").search(stem)
+    if found is None or stem[found.end() :][:1].isalpha():
+        return None
+    zone = found["z"]
+    is_zone = zone == "Z" or ((zone[0] == "+" or "T%H" in pattern) and ZONES.fullmatch(zone))
+    return found if is_zone else None
 
 
 @lru_cache(maxsize=256)

@@ -1,6 +1,6 @@
 """Times in file names."""
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 import pytest
 from hypothesis import given
@@ -46,3 +46,24 @@ def test_useless_patterns_are_refused(pattern: str) -> None:
     """A pattern without date and time, with a letter twice or an unknown one, is refused."""
     with pytest.raises(ValueError, match=r"needs|twice|knows"):
         check_pattern(pattern)
+
+
+@pytest.mark.parametrize(
+    ("name", "offset_h"),
+    [
+        ("IMG_20260701T101112+0200.jpg", 2),
+        ("20260701T101112-0300.jpg", -3),
+        ("2026-07-01T10:11:12+05:30.jpg", 5.5),
+        ("20260701_101112Z.jpg", 0),
+        ("cam_20260701_101112-0300.jpg", None),  # as likely picture 300
+        ("cam_20260701_101112+0001.jpg", None),
+        ("20260701_101112Zoom.jpg", None),
+    ],
+)
+def test_a_zone_behind_the_time_is_heeded(name: str, offset_h: float | None) -> None:
+    """A zone that a name tells is not the camera's; what may be a counter is no zone."""
+    for pattern in (None, "%Y%m%d_%H%M%S"):
+        moment = from_file_name(name, pattern)
+        assert moment is not None
+        wanted = None if offset_h is None else timedelta(hours=offset_h)
+        assert moment.utcoffset() == wanted
