@@ -8,7 +8,7 @@ from starlette.datastructures import UploadFile
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.idempotency import IdempotentRoute
-from app.auth.versions import VERSIONED, check_if_match, set_etag
+from app.auth.versions import VERSIONED, check_if_match, heed_if_match, set_etag
 from app.dependencies import (
     DatabaseDep,
     Page,
@@ -252,7 +252,7 @@ def commit_import(
         place,
         access,
         import_id,
-        lambda row: check_if_match(request, row.version) if "if-match" in request.headers else None,
+        lambda row: heed_if_match(request, row.version),
         leave_out_waiting=body is not None and body.leave_out_waiting,
     )
     set_etag(response, row.version)
@@ -272,25 +272,34 @@ def get_taken_along(import_id: int, session: SessionDep, access: Reader) -> Take
     return service.takes_along(session, row)
 
 
-@router.post("/imports/{import_id:int}/undo")
-def undo_import(import_id: int, session: SessionDep, access: Ingester) -> ImportOut:
+@router.post("/imports/{import_id:int}/undo", dependencies=[VERSIONED])
+def undo_import(
+    import_id: int, request: Request, session: SessionDep, access: Ingester
+) -> ImportOut:
     """Delete all images of a committed batch; `restore` brings them back for 30 days."""
     row = actions.import_for(session, access, Scope.INGEST, import_id)
+    heed_if_match(request, row.version)
     actions.undo(session, access, row)
     return ImportOut.of(row)
 
 
-@router.post("/imports/{import_id:int}/restore")
-def restore_import(import_id: int, session: SessionDep, access: Ingester) -> ImportOut:
+@router.post("/imports/{import_id:int}/restore", dependencies=[VERSIONED])
+def restore_import(
+    import_id: int, request: Request, session: SessionDep, access: Ingester
+) -> ImportOut:
     """Bring the images of an undone batch back, with all that rests on them."""
     row = actions.import_for(session, access, Scope.INGEST, import_id)
+    heed_if_match(request, row.version)
     actions.restore(session, access, row)
     return ImportOut.of(row)
 
 
-@router.post("/imports/{import_id:int}/move")
-def move_import(import_id: int, body: MoveIn, session: SessionDep, access: Ingester) -> ImportOut:
+@router.post("/imports/{import_id:int}/move", dependencies=[VERSIONED])
+def move_import(
+    import_id: int, body: MoveIn, request: Request, session: SessionDep, access: Ingester
+) -> ImportOut:
     """Give the batch to another camera; what rests on its images stays behind, deleted."""
     row = actions.import_for(session, access, Scope.INGEST, import_id)
+    heed_if_match(request, row.version)
     actions.move(session, access, row, body.camera_id)
     return ImportOut.of(row)

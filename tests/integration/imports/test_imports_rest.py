@@ -171,6 +171,8 @@ def test_undo_takes_all_along_and_restore_brings_it_back(
     ).json()
     along = client.get(f"{sender.address}/takes-along").json()
     assert along == {"images": 2, "poses": 0, "runs": 0, "reviews": 0, "corrections": 0}
+    stale = client.post(f"{sender.address}/undo", headers={"If-Match": '"1"'})
+    assert stale.status_code == 412
     assert sender.act("undo").json()["status"] == "undone"
     assert images(client, camera) == [single["captured_at"]]
     assert sender.act("undo").status_code == 409
