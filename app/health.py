@@ -7,11 +7,9 @@ allow-listed address or with the metrics token.
 """
 
 import hmac
-import shutil
 import threading
 import time
 from datetime import timedelta
-from pathlib import Path
 
 import sqlalchemy as sa
 import structlog
@@ -27,6 +25,7 @@ from app.auth.authentication import bearer_of
 from app.config import Settings
 from app.db import Database, now
 from app.dependencies import DatabaseDep, SettingsDep, StorageDep
+from app.disk_room import rooms
 from app.errors import AppError, NotFound
 from app.feeds import metrics as feeds
 from app.job_tables import count_unended
@@ -140,12 +139,8 @@ def _measure_database(database: Database) -> None:
 
 
 def _measure_disks(settings: Settings, storage: Storage) -> None:
-    folders = {"data": settings.data_dir}
-    if storage.is_local:
-        folders["files"] = Path(storage.root)
-    for name, folder in folders.items():
-        existing = next(each for each in (folder, *folder.resolve().parents) if each.exists())
-        _disk_free_bytes.labels(name).set(shutil.disk_usage(existing).free)
+    for name, room in rooms(settings, storage).items():
+        _disk_free_bytes.labels(name).set(room.free_bytes)
 
 
 def _is_writable(database: Database) -> bool:

@@ -5,7 +5,9 @@ from fastapi.responses import RedirectResponse, Response
 
 from app.auth.access import Scope, access_of, public
 from app.auth.destination import SIGN_IN
-from app.dependencies import SessionDep
+from app.dependencies import SessionDep, SettingsDep, StorageDep
+from app.disk_room import rooms
+from app.feeds import service as feeds
 from app.home import service
 from app.templating import page
 
@@ -13,8 +15,10 @@ router = APIRouter()
 
 
 @router.get("/", dependencies=[Depends(public)])
-def show_home(request: Request, session: SessionDep) -> Response:
-    """Show what to do next; lead strangers to the sign-in page and viewers to the sites."""
+def show_home(
+    request: Request, session: SessionDep, settings: SettingsDep, storage: StorageDep
+) -> Response:
+    """Show what needs help and what to do next; strangers sign in, viewers see the sites."""
     access = access_of(request)
     if access is None:
         return RedirectResponse(SIGN_IN, status_code=303)
@@ -25,6 +29,10 @@ def show_home(request: Request, session: SessionDep) -> Response:
     return page(
         request,
         "home/home.html",
+        alarms=feeds.alarms(session, access.site_ids(Scope.INGEST)) if sets_up else [],
+        scarce=[room for room in rooms(settings, storage).values() if room.is_scarce]
+        if access.is_admin
+        else [],
         site=site,
         steps=steps,
         reviews=reviews,

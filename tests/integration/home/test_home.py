@@ -1,14 +1,17 @@
 """The first page: the checklist as data come in, and where a reviewer goes on."""
 
 from collections.abc import Callable
+from datetime import timedelta
 
 import pytest
 import sqlalchemy as sa
 from starlette.testclient import TestClient
 
+from app import disk_room
 from app.db import Database, now
 from app.tables.detection import Model, ModelStatus
 from app.tables.exports import Export, ExportStatus
+from app.tables.feeds import AisFeed
 from app.tables.identity import Role, User
 from app.tables.queues import ReviewQueueItem
 from app.tables.reviews import Grade, Review
@@ -31,6 +34,24 @@ def test_a_newcomer_is_led_to_the_first_open_step(
     shown = browser.get("/").text
     assert "1 of 11 done" in shown
     assert f'href="/sites/{site.id}/cameras/new"' in shown
+
+
+def test_what_needs_help_stands_on_the_first_page(
+    browser_of: Browse, admin: User, database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A disk that fills up and a feed that fell silent are seen without being looked for."""
+    browser = browser_of(admin)
+    assert "are left on the disk" not in browser.get("/").text
+    with database.writing() as session:
+        ids = make_world(session, "Elbe", 211000001)
+        session.execute(
+            sa.update(AisFeed).values(enabled=True, started_at=now() - timedelta(days=3))
+        )
+    monkeypatch.setattr(disk_room, "SCARCE_BYTES", 1 << 60)
+    monkeypatch.setattr(disk_room, "SCARCE_SHARE", 1.0)
+    shown = browser.get("/").text
+    assert "are left on the disk" in shown
+    assert f'/ais/feeds/{ids["feed_id"]}">' in shown
 
 
 def test_the_checklist_goes_when_all_is_done(
