@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import sqlalchemy as sa
-from pydantic_core import from_json
+from pydantic_core import PydanticSerializationError, from_json, to_json
 from sqlalchemy.dialects.postgresql import JSONB
 from sqlalchemy.orm import DeclarativeBase, Session
 from sqlalchemy.orm.interfaces import ORMOption
@@ -25,6 +25,7 @@ _PAGE_BYTES = 16_384  # as it comes SQLite has 4,096; a million positions take 0
 # Connections kept and made at need; requests with a session are fewer, for others need some too.
 POOL = {"pool_size": 10, "max_overflow": 20}
 MOST_SESSIONS = 20
+_ENCODER = json.JSONEncoder(allow_nan=False)
 CONSTRAINT_NAMES = {
     "ix": "ix_%(column_0_N_label)s",
     "uq": "uq_%(table_name)s_%(column_0_N_name)s",
@@ -111,9 +112,15 @@ def now() -> datetime:
 def json_text(value: object) -> str:
     """Return a JSON column's text. Raises ValueError for NaN and infinity, which JSON has not.
 
-    SQLite would keep them, and every answer that holds the row would fail ever after.
+    SQLite would keep them, and every answer that holds the row would fail ever after. The standard
+    library's writer, a fifth as fast, is asked only where there may be one, or half of a surrogate
+    pair, which is no text to the other.
     """
-    return json.dumps(value, allow_nan=False)
+    try:
+        text = to_json(value, inf_nan_mode="constants").decode()
+    except PydanticSerializationError:
+        return _ENCODER.encode(value)
+    return _ENCODER.encode(value) if "NaN" in text or "Infinity" in text else text
 
 
 def from_json_text(text: str | bytes) -> Any:  # noqa: ANN401  whatever was stored
