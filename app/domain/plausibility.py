@@ -28,8 +28,9 @@ _SPEEDS_LAST_S = 120.0  # after longer a ship may have gone at any speed meanwhi
 _FEWEST_VESSELS = 4  # that many wrong clocks at once are the receiver's
 _PLACES_M = 1000.0  # nearer, it is one vessel with a poor receiver
 _UNSURE_S = 25.0  # a doubtful moment may be nearly half a minute off
-_CONFIRMABLE = frozenset({FixTimeSource.PROMPT, FixTimeSource.DOUBTFUL})
+_CONFIRMABLE = (FixTimeSource.PROMPT, FixTimeSource.DOUBTFUL)
 _EARTH_M = 6_371_000.0
+_M_PER_DEG = radians(_EARTH_M)
 LONGEST_DELAY_S = 600.0  # from a receiver through servers to us; more is its clock
 MOST_AHEAD_S = 60.0  # of arrival: no delay makes a report come before it was received
 
@@ -63,6 +64,7 @@ class Fix(Protocol):
 
 
 AnyFix = TypeVar("AnyFix", bound=Fix)
+_Place = tuple[float, float]  # latitude and longitude, deg
 
 
 class ReportedFix(NamedTuple):
@@ -103,18 +105,19 @@ def doubts(
 
     """
     found = doubt_of_one(report)
-    if site is not None and _apart_m(report.lat_deg, report.lon_deg, *site) > FARTHEST_M:
+    if site is not None and not _is_near((report.lat_deg, report.lon_deg), site, FARTHEST_M):
         found.append(Doubt.FAR_AWAY)
-    around = [*before, report, *after]
-    here = [within_reach(report, other) for other in around]
-    own = len(before)
-    if not all(here[max(0, own - 1) : own + 2]):
-        found += _parted(report, around, here)
-    return [doubt for doubt in Doubt if doubt in found]
+    if not all(within_reach(report, other) for other in (*before[-1:], *after[:1])):
+        around = [*before, report, *after]
+        found += _parted(report, around, [within_reach(report, other) for other in around])
+    return [doubt for doubt in Doubt if doubt in found] if found else []
 
 
 def within_reach(first: Fix, second: Fix) -> bool:
     """Whether one vessel can have made both reports: near enough for their speeds and times."""
+    ends = (first.lat_deg, first.lon_deg), (second.lat_deg, second.lon_deg)
+    if _at_most_m(*ends) <= _SLACK_M:
+        return True
     span_s = abs((second.fix_time - first.fix_time).total_seconds()) + _SLACK_S
     span_s += _UNSURE_S * sum(
         fix.fix_time_source == FixTimeSource.DOUBTFUL for fix in (first, second)
@@ -123,8 +126,7 @@ def within_reach(first: Fix, second: Fix) -> bool:
     told_kn = [fix.sog_kn for fix in (first, second) if fix.sog_kn is not None]
     if told_kn and span_s < _SPEEDS_LAST_S:
         speed_kn = min(FASTEST_KN, max(told_kn) + _SLACK_KN)
-    apart_m = _apart_m(first.lat_deg, first.lon_deg, second.lat_deg, second.lon_deg)
-    return apart_m <= _SLACK_M + speed_kn * MPS_PER_KN * span_s
+    return _is_near(*ends, _SLACK_M + speed_kn * MPS_PER_KN * span_s)
 
 
 def receiver_clock_is_off(reports: Iterable[Fix]) -> bool:
@@ -167,6 +169,8 @@ def timely(reports: Sequence[AnyFix]) -> Sequence[AnyFix]:
     Where its clock is off, all stay. In Danish traffic the next report lay 31 m (median) from where
     late ones led, and 7 m from where the reports before them did.
     """
+    if all(report.fix_time_source != FixTimeSource.DOUBTFUL for report in reports):
+        return reports
     if clock_is_off(report.fix_time_source for report in reports):
         return reports
     return [report for report in reports if report.fix_time_source != FixTimeSource.DOUBTFUL]
@@ -182,14 +186,24 @@ def _parted(report: Fix, around: Sequence[Fix], here: Sequence[bool]) -> list[Do
     changes = sum(this != following for this, following in pairwise(here))
     agree = all(within_reach(elsewhere[0], other) for other in elsewhere[1:])
     own = (report.lat_deg, report.lon_deg)
-    are_places = all(_apart_m(*own, fix.lat_deg, fix.lon_deg) > _PLACES_M for fix in elsewhere)
+    are_places = not any(_is_near(own, (fix.lat_deg, fix.lon_deg), _PLACES_M) for fix in elsewhere)
     takes_turns = changes > 1 and not alone and agree and are_places
     return [Doubt.TWO_PLACES if takes_turns else Doubt.JUMP]
 
 
-def _apart_m(lat_deg: float, lon_deg: float, other_lat_deg: float, other_lon_deg: float) -> float:
+def _is_near(one: _Place, other: _Place, reach_m: float) -> bool:
+    """Whether two places are at most so far apart."""
+    return _at_most_m(one, other) <= reach_m or _apart_m(one, other) <= reach_m
+
+
+def _at_most_m(one: _Place, other: _Place) -> float:
+    """Return what two places cannot be farther apart than, m: along a meridian and the equator."""
+    return _M_PER_DEG * (abs(other[0] - one[0]) + abs(other[1] - one[1]))
+
+
+def _apart_m(one: _Place, other: _Place) -> float:
     """Distance on a sphere (haversine), m: half a percent is enough here, the poles included."""
-    lat, other = radians(lat_deg), radians(other_lat_deg)
-    turn = radians(other_lon_deg - lon_deg)
-    chord = sin((other - lat) / 2) ** 2 + cos(lat) * cos(other) * sin(turn / 2) ** 2
+    lat, other_lat = radians(one[0]), radians(other[0])
+    turn = radians(other[1] - one[1])
+    chord = sin((other_lat - lat) / 2) ** 2 + cos(lat) * cos(other_lat) * sin(turn / 2) ** 2
     return 2 * _EARTH_M * asin(min(1.0, sqrt(chord)))

@@ -13,7 +13,7 @@ from math import atan2, cos, degrees, exp, hypot, radians, sin, sqrt
 from typing import NamedTuple
 
 from app.domain.ais import MPS_PER_KN, FixTimeSource, PositionReport
-from app.domain.local_metres import moved, offset_m
+from app.domain.local_metres import m_per_deg, moved, offset_m
 from app.domain.track_bends import Vector, round_a_bend
 from app.domain.vessel_state import TrackMethod
 
@@ -238,13 +238,15 @@ def _unsteadiness_mps(before: Sequence[PositionReport]) -> float:
     A pilot boat that turns and stops is far harder to foretell than a freighter at sea.
     """
     latest, squares = before[-1], []
+    m_per_deg_east, m_per_deg_north = m_per_deg(latest.lat_deg)
     for report in before[-2 : -2 - _UNSTEADY_REPORTS : -1]:
         span_s = (latest.fix_time - report.fix_time).total_seconds()
         if span_s > _UNSTEADY_S[1]:
             break
-        velocity = velocity_mps(report)
-        if span_s >= _UNSTEADY_S[0] and velocity is not None:
-            way = offset_m(report.lat_deg, report.lon_deg, latest.lat_deg, latest.lon_deg)
-            off_m = hypot(velocity[0] * span_s - way[0], velocity[1] * span_s - way[1])
+        velocity = velocity_mps(report) if span_s >= _UNSTEADY_S[0] else None
+        if velocity is not None:
+            east_m = turn_deg(report.lon_deg, latest.lon_deg) * m_per_deg_east
+            north_m = (latest.lat_deg - report.lat_deg) * m_per_deg_north
+            off_m = hypot(velocity[0] * span_s - east_m, velocity[1] * span_s - north_m)
             squares.append((off_m / span_s) ** 2)
     return sqrt(sum(squares) / len(squares)) if squares else _UNKNOWN_UNSTEADINESS_MPS

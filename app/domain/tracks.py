@@ -171,13 +171,13 @@ def _covariance_m2(place: Place, heading_deg: float, hull: Hull) -> tuple[float,
 def _flags(place: Place, heading: Heading, known: KnownHull | None) -> tuple[str, ...]:
     """Name what a person should know before trusting a state."""
     doubts = [doubt for report in place.reports for doubt in doubt_of_one(report)]
-    conditions: dict[StrEnum, bool] = {
-        StateFlag.HEADING_NOT_REPORTED: heading.source is not HeadingSource.REPORTED,
-        StateFlag.NO_SIZE: known is None,
-        StateFlag.LATER_SIZE: known is not None and known.is_later,
-        StateFlag.ANTENNA_UNKNOWN: known is not None and known.hull.is_centred,
-        StateFlag.SIZE_AT_LEAST: known is not None and known.hull.is_at_least,
-        StateFlag.AUXILIARY_CRAFT: place.reports[0].mmsi in AUXILIARY_MMSI,
-        **{doubt: doubt in doubts for doubt in Doubt},
-    }
-    return tuple(str(flag) for flag, holds in conditions.items() if holds)
+    conditions: tuple[tuple[StrEnum, bool], ...] = (
+        (StateFlag.HEADING_NOT_REPORTED, heading.source is not HeadingSource.REPORTED),
+        (StateFlag.NO_SIZE, known is None),
+        (StateFlag.LATER_SIZE, known is not None and known.is_later),
+        (StateFlag.ANTENNA_UNKNOWN, known is not None and known.hull.is_centred),
+        (StateFlag.SIZE_AT_LEAST, known is not None and known.hull.is_at_least),
+        (StateFlag.AUXILIARY_CRAFT, place.reports[0].mmsi in AUXILIARY_MMSI),
+    )
+    flags = tuple(str(flag) for flag, holds in conditions if holds)
+    return (*flags, *(str(doubt) for doubt in Doubt if doubt in doubts)) if doubts else flags

@@ -89,13 +89,14 @@ class _Tracks:
 
     def states(self, heard: ByVessel, at: datetime) -> list[VesselState]:
         """Return the states at a moment of all vessels heard, by MMSI."""
-        made = (
-            state_at(
-                _around(reports, at, self.window), self.statics.get(mmsi, []), at, self.settings
-            )
-            for mmsi, reports in sorted(heard.items())
-        )
-        return [state for state in made if isinstance(state, VesselState)]
+        states = []
+        for mmsi, reports in heard.items():
+            around = _around(reports, at, self.window)
+            if around:
+                state = state_at(around, self.statics.get(mmsi, []), at, self.settings)
+                if isinstance(state, VesselState):
+                    states.append(state)
+        return states
 
     def withheld_states(
         self, heard: Iterable[ByVessel], at: datetime, but_for: Iterable[VesselState]
@@ -110,11 +111,11 @@ class _Tracks:
 
 
 def _by_vessel(positions: Iterable[PositionReport]) -> ByVessel:
-    """Return reports by MMSI, each vessel's in their order."""
+    """Return reports by MMSI, in its order, each vessel's in theirs."""
     by_vessel: dict[int, list[PositionReport]] = defaultdict(list)
     for report in positions:
         by_vessel[report.mmsi].append(report)
-    return by_vessel
+    return dict(sorted(by_vessel.items()))
 
 
 def _groups(moments: Mapping[int, datetime], window: _Window) -> Iterator[list[int]]:
