@@ -3,11 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.db import find
+from app.domain.detection import Detection as DetectedBox
 from app.tables.clock import ClockEstimate, ClockOffset
 from app.tables.detection import Detection
 from app.tables.imagery import Image
@@ -15,13 +17,23 @@ from app.tables.live import StandingRun
 from app.tables.runs import Match, Run, RunImage, VesselStateRow
 from app.tables.sites import Viewport
 
+# In the order of a box's fields.
+_BOX_COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
+    Detection.x1_px,
+    Detection.y1_px,
+    Detection.x2_px,
+    Detection.y2_px,
+    Detection.score,
+    Detection.class_id,
+)
+
 
 @dataclass(frozen=True, slots=True)
 class DetectedImage:
     """An image of a run, and what was detected on it."""
 
     image: Image
-    detections: Sequence[Detection]
+    detections: Sequence[DetectedBox]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +46,7 @@ class MatchedBox:
     heading_deg: float
     speed_kn: float
     centre_px: float
-    x1_px: float
-    y1_px: float
-    x2_px: float
-    y2_px: float
-    score: float
-    class_id: int
+    box: DetectedBox
 
 
 def offsets(session: Session, camera_id: int) -> Sequence[ClockOffset]:
@@ -119,10 +126,14 @@ def detected(
 def _with_boxes(
     session: Session, chosen: Sequence[sa.Row[Image, int | None]]
 ) -> list[DetectedImage]:
-    boxes: dict[int | None, list[Detection]] = {row[1]: [] for row in chosen}
-    found = session.scalars(sa.select(Detection).where(Detection.detection_set_id.in_(boxes)))
-    for box in found:
-        boxes[box.detection_set_id].append(box)
+    boxes: dict[int | None, list[DetectedBox]] = {row[1]: [] for row in chosen}
+    found = session.execute(
+        sa.select(Detection.detection_set_id, *_BOX_COLUMNS).where(
+            Detection.detection_set_id.in_(boxes)
+        )
+    )
+    for set_id, *box in found:
+        boxes[set_id].append(DetectedBox(*box))
     return [DetectedImage(row[0], boxes[row[1]]) for row in chosen]
 
 
@@ -165,30 +176,25 @@ def detected_on(session: Session, run_id: int, image_ids: Sequence[int]) -> list
 
 def matched_boxes(session: Session, run_id: int, image_ids: Sequence[int]) -> list[MatchedBox]:
     """Return the matches of a run on some images."""
+    state = VesselStateRow
     rows = session.execute(
-        sa.select(VesselStateRow, Detection)
-        .join(Match, Match.vessel_state_id == VesselStateRow.id)
+        sa.select(
+            state.segments_px,
+            *(state.mmsi, state.lat_deg, state.lon_deg, state.heading_deg, state.speed_kn),
+            *_BOX_COLUMNS,
+        )
+        .join(Match, Match.vessel_state_id == state.id)
         .join(Detection, Detection.id == Match.detection_id)
-        .where(VesselStateRow.run_id == run_id, VesselStateRow.image_id.in_(image_ids))
+        .where(state.run_id == run_id, state.image_id.in_(image_ids))
     )
     found = []
-    for state, box in rows:
-        across = [corner[0] for corner in state.segments_px["dead_reckoned"] if corner is not None]
+    for segments_px, mmsi, lat_deg, lon_deg, heading_deg, speed_kn, *box in rows:
+        across = [corner[0] for corner in segments_px["dead_reckoned"] if corner is not None]
         if across and None not in across:
+            centre_px = (min(across) + max(across)) / 2
             found.append(
                 MatchedBox(
-                    mmsi=state.mmsi,
-                    lat_deg=state.lat_deg,
-                    lon_deg=state.lon_deg,
-                    heading_deg=state.heading_deg,
-                    speed_kn=state.speed_kn,
-                    centre_px=(min(across) + max(across)) / 2,
-                    x1_px=box.x1_px,
-                    y1_px=box.y1_px,
-                    x2_px=box.x2_px,
-                    y2_px=box.y2_px,
-                    score=box.score,
-                    class_id=box.class_id,
+                    mmsi, lat_deg, lon_deg, heading_deg, speed_kn, centre_px, DetectedBox(*box)
                 )
             )
     return found

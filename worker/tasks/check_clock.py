@@ -25,7 +25,6 @@ from app.domain.clock_offset import (
     matches_agree,
     timed_pair,
 )
-from app.domain.detection import Detection
 from app.domain.geodesy import EnuFrame
 from app.domain.local_metres import moved
 from app.imagery.true_time import CLOCK_SOURCES
@@ -173,7 +172,7 @@ def _pairs(
     u_px = camera.project(ends.reshape(-1, 3))[:, 0].reshape(-1, 2)
     pairs = (
         timed_pair(
-            Detection(one.x1_px, one.y1_px, one.x2_px, one.y2_px, one.score, one.class_id),
+            one.box,
             one.centre_px,
             float(after - before),
             one.mmsi,

@@ -23,11 +23,7 @@ EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 def boxes_of(one: DetectedImage, fusion: FusionSettings) -> list[Detection]:
     """Return the boxes on an image that fusion would use."""
-    return [
-        Detection(box.x1_px, box.y1_px, box.x2_px, box.y2_px, box.score, box.class_id)
-        for box in one.detections
-        if box.score >= fusion.score_threshold
-    ]
+    return [box for box in one.detections if box.score >= fusion.score_threshold]
 
 
 def paths_around(
