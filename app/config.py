@@ -96,7 +96,7 @@ class Settings(MailSettings, ProviderSettings, BaseSettings):
         0, ge=0, description="0: as many as cores, for small models one less"
     )
     detector_providers: list[str] = ["CPUExecutionProvider"]
-    images_per_step: int = Field(10, ge=1, le=100)
+    images_per_step: int = Field(25, ge=1, le=100)
     rehash_bytes_per_s: float = Field(
         20e6, gt=0, description="How fast stored files are hashed again, once a day"
     )

@@ -5,15 +5,16 @@ nobody waits for the database meanwhile.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from datetime import datetime
+from typing import Any, NamedTuple
 
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.orm import Session, joinedload
+from sqlalchemy.orm import InstrumentedAttribute, Session, joinedload
 
-from app.db import now
+from app.db import Base, now
 from app.domain.detection import Detection as DetectedBox
 from app.runs.inheritance_repository import inherit
 from app.runs.telling import announce_end
@@ -23,6 +24,20 @@ from app.tables.detection import Detection, DetectionSet, Model
 from app.tables.imagery import Image
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
 from app.tables.sites import Site
+
+# In the order of a box's fields.
+_BOX_COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
+    Detection.x1_px,
+    Detection.y1_px,
+    Detection.x2_px,
+    Detection.y2_px,
+    Detection.score,
+    Detection.class_id,
+)
+# Rows by the thousand go past the mapping to objects.
+_STATES, _MATCHES, _POSES = (
+    Base.metadata.tables[row.__tablename__] for row in (VesselStateRow, Match, Pose)
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +49,32 @@ class RunContext:
     site: Site
 
 
+class RunPhotograph(NamedTuple):
+    """What a run needs to know of one of its images."""
+
+    id: int
+    position: int
+    sha256: str
+    captured_at: datetime
+    deleted_at: datetime | None
+
+
+@dataclass(frozen=True, slots=True)
+class KnownBoxes:
+    """What a detector found in an image earlier: a set's id, and its boxes as they were found."""
+
+    id: int
+    boxes: list[DetectedBox]
+
+
 @dataclass(frozen=True, slots=True)
 class PoseRows:
-    """The rows of one pose, still without the ids the database gives."""
+    """The rows of one pose, still without the ids the database gives.
+
+    It is of the vessel state of its image with the same MMSI.
+    """
 
     detection_index: int
-    state_index: int
     cost: float
     cost_terms: dict[str, float]
     pose: dict[str, Any]
@@ -65,10 +100,10 @@ def context(session: Session, run_id: int) -> RunContext:
     return RunContext(run=run, model=run.model, site=session.get_one(Site, run.site_id))
 
 
-def images_between(session: Session, run_id: int, start: int, stop: int) -> Sequence[Image]:
+def images_between(session: Session, run_id: int, start: int, stop: int) -> Sequence[RunPhotograph]:
     """Return the images at some positions of a run, in order, which are not done yet."""
-    return session.scalars(
-        sa.select(Image)
+    rows = session.execute(
+        sa.select(Image.id, RunImage.position, Image.sha256, Image.captured_at, Image.deleted_at)
         .join(RunImage, RunImage.image_id == Image.id)
         .where(
             RunImage.run_id == run_id,
@@ -78,7 +113,8 @@ def images_between(session: Session, run_id: int, start: int, stop: int) -> Sequ
         )
         .order_by(RunImage.position),
         execution_options=WITH_DELETED,
-    ).all()
+    )
+    return [RunPhotograph(*row) for row in rows]
 
 
 def unseen(
@@ -112,18 +148,24 @@ def unseen(
 
 def known_detections(
     session: Session, image_sha256s: Sequence[str], model_sha256: str, settings_sha256: str
-) -> Mapping[str, DetectionSet]:
+) -> Mapping[str, KnownBoxes]:
     """Return what the detector is known to have found, by image content."""
-    sets = session.scalars(
-        sa.select(DetectionSet)
-        .options(joinedload(DetectionSet.detections))
+    rows = session.execute(
+        sa.select(DetectionSet.image_sha256, DetectionSet.id, Detection.id, *_BOX_COLUMNS)
+        .outerjoin(Detection, Detection.detection_set_id == DetectionSet.id)
         .where(
             DetectionSet.image_sha256.in_(image_sha256s),
             DetectionSet.model_sha256 == model_sha256,
             DetectionSet.settings_sha256 == settings_sha256,
         )
-    ).unique()
-    return {found.image_sha256: found for found in sets}
+        .order_by(Detection.id)
+    )
+    known: dict[str, KnownBoxes] = {}
+    for sha256, set_id, box_id, *box in rows:
+        found = known.setdefault(sha256, KnownBoxes(set_id, []))
+        if box_id is not None:  # a set may be empty
+            found.boxes.append(DetectedBox(*box))
+    return known
 
 
 def begin(session: Session, run_id: int) -> int:
@@ -247,42 +289,58 @@ def _store_poses(
     poses = [(outcome, rows) for outcome in outcomes for rows in outcome.poses]
     if not states:
         return
-    state_ids = session.scalars(
-        sa.insert(VesselStateRow).returning(VesselStateRow.id, sort_by_parameter_order=True), states
-    ).all()
+    # Ids are asked for afterwards: to be told each as it is inserted takes a statement a row.
+    session.execute(sa.insert(_STATES), states)
     if not poses:
         return
-    first_state = _starts(outcomes)
+    state_ids = _state_ids(session, run_id, [outcome.image_id for outcome, _ in poses])
     detection_ids = _detection_ids(session, set_ids.values())
-    match_ids = session.scalars(
-        sa.insert(Match).returning(Match.id, sort_by_parameter_order=True),
+    matches: list[dict[str, Any]] = [
+        {
+            "run_id": run_id,
+            "detection_id": detection_ids[set_ids[outcome.image_sha256]][rows.detection_index],
+            "vessel_state_id": state_ids[outcome.image_id, rows.pose["mmsi"]],
+            "cost": rows.cost,
+            "cost_terms": rows.cost_terms,
+        }
+        for outcome, rows in poses
+    ]
+    session.execute(sa.insert(_MATCHES), matches)
+    match_ids = _match_ids(session, [match["vessel_state_id"] for match in matches])
+    session.execute(
+        sa.insert(_POSES),
         [
             {
                 "run_id": run_id,
-                "detection_id": detection_ids[set_ids[outcome.image_sha256]][rows.detection_index],
-                "vessel_state_id": state_ids[first_state[outcome.image_id] + rows.state_index],
-                "cost": rows.cost,
-                "cost_terms": rows.cost_terms,
+                "image_id": outcome.image_id,
+                **rows.pose,
+                "match_id": match_ids[match["vessel_state_id"]],
             }
-            for outcome, rows in poses
-        ],
-    ).all()
-    session.execute(
-        sa.insert(Pose),
-        [
-            {"run_id": run_id, "image_id": outcome.image_id, **rows.pose, "match_id": match_id}
-            for (outcome, rows), match_id in zip(poses, match_ids, strict=True)
+            for (outcome, rows), match in zip(poses, matches, strict=True)
         ],
     )
 
 
-def _starts(outcomes: Sequence[ImageOutcome]) -> dict[int, int]:
-    """Return where each image's states begin among those of all images."""
-    starts, start = {}, 0
-    for outcome in outcomes:
-        starts[outcome.image_id] = start
-        start += len(outcome.states)
-    return starts
+def _state_ids(
+    session: Session, run_id: int, image_ids: Collection[int]
+) -> Mapping[tuple[int, int], int]:
+    """Return the ids of a run's vessel states on some images, by image and MMSI."""
+    states = _STATES.c
+    rows = session.execute(
+        sa.select(states.image_id, states.mmsi, states.id).where(
+            states.run_id == run_id, states.image_id.in_(set(image_ids))
+        )
+    )
+    return {(image_id, mmsi): state_id for image_id, mmsi, state_id in rows}
+
+
+def _match_ids(session: Session, state_ids: Collection[int]) -> Mapping[int, int]:
+    """Return the ids of matches, by vessel state."""
+    matches = _MATCHES.c
+    rows = session.execute(
+        sa.select(matches.vessel_state_id, matches.id).where(matches.vessel_state_id.in_(state_ids))
+    )
+    return {row[0]: row[1] for row in rows}
 
 
 def _detection_ids(session: Session, set_ids: Iterable[int]) -> Mapping[int, Sequence[int]]:

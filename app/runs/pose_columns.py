@@ -1,7 +1,8 @@
 """From a fused pose to the columns that keep it: plain numbers, lists, None for no pixel."""
 
-from math import isfinite
 from typing import Any
+
+import numpy as np
 
 from app.domain.arrays import FloatArray
 from app.domain.fusion import FusedPose
@@ -36,4 +37,8 @@ def pose_columns(frame: WorldFrame, state: VesselState, pose: FusedPose) -> dict
 
 def pixels(points_px: FloatArray) -> list[list[float] | None]:
     """Return points (n, 2) as lists, None where a point has no projection."""
-    return [point if all(map(isfinite, point)) else None for point in points_px.tolist()]
+    points: list[list[float] | None] = points_px.tolist()
+    is_shown = np.isfinite(points_px)
+    if not is_shown.all():
+        points = [point if row.all() else None for point, row in zip(points, is_shown, strict=True)]
+    return points

@@ -5,10 +5,12 @@ interpolated; where they lie more than a few hours apart (a tide turns in six) t
 and the site's constant holds, which is said with the level.
 """
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from itertools import pairwise
+from operator import itemgetter
 
 from sqlalchemy.orm import Session
 
@@ -19,6 +21,7 @@ from app.tables.water import WaterLevelSource
 LONGEST_GAP = timedelta(hours=3)
 GAPS_SHOWN = 100
 Reading = tuple[datetime, float]
+_MEASURED_AT = itemgetter(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,19 +42,29 @@ class Series:
 
 def level_at(session: Session, site: Site, moment: datetime) -> Level:
     """Return a site's water level at a moment."""
-    before, after = repository.around(session, site.id, moment)
-    if before is None and after is None:
-        return Level(site.water_level_m, WaterLevelSource.CONSTANT)
-    if before is None or after is None or after[0] - before[0] > LONGEST_GAP:
-        return Level(site.water_level_m, WaterLevelSource.GAP)
-    return Level(_between(before, after, moment), WaterLevelSource.SERIES)
+    return levels_at(session, site, [moment])[0]
 
 
 def levels_at(session: Session, site: Site, moments: Sequence[datetime]) -> list[Level]:
-    """Return a site's water level at each of some moments; asked once where there is no series."""
-    if not repository.has_readings(session, site.id):
-        return [Level(site.water_level_m, WaterLevelSource.CONSTANT)] * len(moments)
-    return [level_at(session, site, moment) for moment in moments]
+    """Return a site's water levels at moments, from one look at its series."""
+    if not moments:
+        return []
+    around = repository.readings_around(session, site.id, min(moments), max(moments))
+    return [_level(site, around, moment) for moment in moments]
+
+
+def _level(site: Site, readings: Sequence[Reading], moment: datetime) -> Level:
+    """Return the level between the last reading until a moment and the first one from it on."""
+    if not readings:
+        return Level(site.water_level_m, WaterLevelSource.CONSTANT)
+    earlier = bisect_right(readings, moment, key=_MEASURED_AT) - 1
+    later = bisect_left(readings, moment, key=_MEASURED_AT)
+    if earlier < 0 or later == len(readings):
+        return Level(site.water_level_m, WaterLevelSource.GAP)
+    before, after = readings[earlier], readings[later]
+    if after[0] - before[0] > LONGEST_GAP:
+        return Level(site.water_level_m, WaterLevelSource.GAP)
+    return Level(_between(before, after, moment), WaterLevelSource.SERIES)
 
 
 def _between(before: Reading, after: Reading, moment: datetime) -> float:

@@ -37,18 +37,24 @@ def readings(session: Session, site_id: int) -> list[tuple[datetime, float]]:
     return [(row[0], row[1]) for row in rows]
 
 
-def around(
-    session: Session, site_id: int, moment: datetime
-) -> tuple[tuple[datetime, float] | None, tuple[datetime, float] | None]:
-    """Return a site's last reading until a moment, and its first one from it on."""
-    own = sa.select(WaterLevel.measured_at, WaterLevel.level_m).where(WaterLevel.site_id == site_id)
-    before = session.execute(
-        own.where(WaterLevel.measured_at <= moment).order_by(WaterLevel.measured_at.desc()).limit(1)
-    ).first()
-    after = session.execute(
-        own.where(WaterLevel.measured_at >= moment).order_by(WaterLevel.measured_at).limit(1)
-    ).first()
-    return (
-        (before[0], before[1]) if before else None,
-        (after[0], after[1]) if after else None,
+def readings_around(
+    session: Session, site_id: int, first: datetime, last: datetime
+) -> list[tuple[datetime, float]]:
+    """Return a site's readings in order of time, from the last one until `first` to after `last`.
+
+    Where there is none on one side they begin or end with what there is.
+    """
+    at = WaterLevel.measured_at
+    own = WaterLevel.site_id == site_id
+    before = sa.select(sa.func.max(at)).where(own, at <= first).scalar_subquery()
+    after = sa.select(sa.func.min(at)).where(own, at >= last).scalar_subquery()
+    rows = session.execute(
+        sa.select(at, WaterLevel.level_m)
+        .where(
+            own,
+            at >= sa.func.coalesce(before, sa.literal(first, at.type)),
+            at <= sa.func.coalesce(after, sa.literal(last, at.type)),
+        )
+        .order_by(at)
     )
+    return [(row[0], row[1]) for row in rows]

@@ -58,6 +58,13 @@ class DetectorPool:
         self._providers = tuple(settings.detector_providers)
         self._loaded: dict[str, OnnxSession] = {}
 
+    @staticmethod
+    def settings_sha256(model: Model, settings: FusionSettings) -> str:
+        """Return the key of what a model's boxes depend on beside it, without opening it."""
+        if model.family == IMPORTED_FAMILY:
+            return IMPORTED_SETTINGS_SHA256
+        return _of_detection(settings).sha256
+
     def get(self, model: Model, settings: FusionSettings) -> Detector:
         """Return a model's detector.
 
@@ -65,17 +72,11 @@ class DetectorPool:
         """
         if model.family == IMPORTED_FAMILY:
             return ImportedDetections()
-        detection = DetectionSettings(
-            score_threshold=settings.score_threshold,
-            nms_iou=settings.nms_iou,
-            class_ids=settings.class_ids,
-            decoding_divisor=settings.decoding_divisor,
-        )
         if model.sha256 not in self._loaded:
             while len(self._loaded) >= MOST_LOADED:
                 self._loaded.pop(next(iter(self._loaded)))
             self._loaded[model.sha256] = self._open(model)
-        return detector_of(self._loaded[model.sha256], model.family, detection)
+        return detector_of(self._loaded[model.sha256], model.family, _of_detection(settings))
 
     def _open(self, model: Model) -> OnnxSession:
         session_settings = SessionSettings(
@@ -92,3 +93,12 @@ class DetectorPool:
             copy = Path(folder) / "model.onnx"
             copy.write_bytes(self._storage.read(model.sha256))
             return open_session(copy, session_settings)
+
+
+def _of_detection(settings: FusionSettings) -> DetectionSettings:
+    return DetectionSettings(
+        score_threshold=settings.score_threshold,
+        nms_iou=settings.nms_iou,
+        class_ids=settings.class_ids,
+        decoding_divisor=settings.decoding_divisor,
+    )

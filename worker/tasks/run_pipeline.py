@@ -2,11 +2,14 @@
 
 A batch is one step: it reads, computes for all its images, and then writes all rows and the note
 that it is done in one transaction. A worker that dies inside a batch leaves no trace of it. While a
-batch is fused and stored, the detector looks at the images of the next one already.
+batch is fused and stored, the detector looks at the images of the next one already. Images are
+fused together in groups, the same in every run, so that a pose does not move because another run
+took larger steps.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import structlog
 from sqlalchemy.orm import Session
@@ -22,41 +25,40 @@ from app.domain.vessel_state import VesselState
 from app.jobs import JobRunner
 from app.registration.service import camera_of
 from app.runs import batch_repository as batches
-from app.runs.batch_repository import ImageOutcome
+from app.runs.batch_repository import ImageOutcome, KnownBoxes, RunPhotograph
 from app.runs.parameters import fusion_settings
 from app.runs.service import RUN_JOB
 from app.sites.water import Level, levels_at
 from app.storage import Storage
-from app.tables.detection import Detection as DetectionRow
-from app.tables.detection import DetectionSet
-from app.tables.imagery import Image
+from app.tables.detection import Model
 from app.tables.runs import RunStatus
 from worker.inference.ahead import DetectAhead, Looks, Unusable
-from worker.inference.detector import Detector
 from worker.inference.pool import DetectorPool
 from worker.tasks import check_clock
 from worker.tasks.pose_rows import pose_rows, state_rows
 from worker.tasks.vessel_states import states_around
 
 log = structlog.get_logger()
+# Groups of images in a step when nothing has to be detected: more would keep reviewers waiting.
+GROUPS_OF_KNOWN = 2
 
 
 @dataclass(frozen=True)
 class _Batch:
     """All that is needed to compute the outcomes of some images; `next_sha256s` come after them."""
 
-    images: Sequence[Image]
+    images: Sequence[RunPhotograph]
     states: Mapping[int, list[VesselState]]
-    known: Mapping[str, DetectionSet]
+    known: Mapping[str, KnownBoxes]
     camera: Camera
     frame: EnuFrame
     water: Mapping[int, Level]
-    detector: Detector
-    model_sha256: str
+    model: Model
+    settings_sha256: str
     settings: FusionSettings
     next_sha256s: Sequence[str]
 
-    def is_to_be_detected(self, image: Image) -> bool:
+    def is_to_be_detected(self, image: RunPhotograph) -> bool:
         """Whether the detector has to look at an image."""
         return image.deleted_at is None and image.sha256 not in self.known
 
@@ -77,12 +79,14 @@ class RunPipeline:
 
     def do(self, run_id: int, first: int = 0) -> None:
         """Do a run from its first image that is not done to its end; before `first` all are."""
-        plan = self._runner.step("begin", self._begin, run_id)
+        plan = self._runner.step("begin", self._begin, run_id, first)
+        # Jobs begun by earlier versions fused together what they did in a step.
+        together = plan.get("images_together", plan["images_per_step"])
         looks = Looks()
         try:
             for start in range(first, plan["images"], plan["images_per_step"]):
                 stop = start + plan["images_per_step"]
-                self._runner.step("images", self._do_images, run_id, start, stop, looks)
+                self._runner.step("images", self._do_images, run_id, start, stop, together, looks)
         finally:
             looks.give_up()
         self._runner.step("finish", self._finish, run_id, first)
@@ -95,10 +99,24 @@ class RunPipeline:
         """Say that a run's job is not tried again, and why."""
         batches.fail_job(session, job_id, reason)
 
-    def _begin(self, run_id: int) -> dict[str, int]:
+    def _begin(self, run_id: int, first: int) -> dict[str, int]:
+        with self._database.reading() as session:
+            context = batches.context(session, run_id)
+            settings = fusion_settings(context.run.preset, context.run.parameters)
+            unseen = batches.unseen(
+                session,
+                run_id,
+                first,
+                context.run.image_count,
+                model_sha256=context.model.sha256,
+                settings_sha256=self._detectors.settings_sha256(context.model, settings),
+            )
         # The size of a batch is kept with the job: it must not change half-way.
-        images = batches.begin(self._runner.session(), run_id)
-        return {"images": images, "images_per_step": self._images_per_step}
+        return {
+            "images": batches.begin(self._runner.session(), run_id),
+            "images_per_step": self._images_per_step * (1 if unseen else GROUPS_OF_KNOWN),
+            "images_together": self._images_per_step,
+        }
 
     def _finish(self, run_id: int, first: int) -> None:
         with self._database.reading() as session:
@@ -106,18 +124,20 @@ class RunPipeline:
         check_clock.act_on(self._runner.session(), run_id, doubted)
         batches.finish(self._runner.session(), run_id, RunStatus.SUCCEEDED)
 
-    def _do_images(self, run_id: int, start: int, stop: int, looks: Looks) -> int:
+    def _do_images(self, run_id: int, start: int, stop: int, together: int, looks: Looks) -> int:
         batch = self._read(run_id, start, stop)
         unseen = [image.sha256 for image in batch.images if batch.is_to_be_detected(image)]
-        looks.keep({*unseen, *batch.next_sha256s})
-        self._ahead.begin(looks, batch.detector, [*unseen, *batch.next_sha256s])
-        outcomes = _outcomes(batch, looks)
+        ahead = [*unseen, *batch.next_sha256s]
+        looks.keep(set(ahead))
+        if ahead:
+            detector = self._detectors.get(batch.model, batch.settings)
+            self._ahead.begin(looks, detector, ahead)
+        outcomes: list[ImageOutcome] = []
+        for first in range(start, stop, together):
+            group = [one for one in batch.images if first <= one.position < first + together]
+            outcomes += _outcomes(batch, group, looks)
         batches.store(
-            self._runner.session(),
-            run_id,
-            batch.model_sha256,
-            batch.detector.settings_sha256,
-            outcomes,
+            self._runner.session(), run_id, batch.model.sha256, batch.settings_sha256, outcomes
         )
         return len(outcomes)
 
@@ -128,7 +148,7 @@ class RunPipeline:
             images = batches.images_between(session, run_id, start, stop)
             camera, frame = camera_of(session, context.run.registration_id)
             camera_at = frame.geodetic(camera.center_in_world)
-            detector = self._detectors.get(context.model, settings)
+            key = self._detectors.settings_sha256(context.model, settings)
             return _Batch(
                 images=images,
                 states=states_around(
@@ -142,7 +162,7 @@ class RunPipeline:
                     session,
                     [image.sha256 for image in images],
                     context.model.sha256,
-                    detector.settings_sha256,
+                    key,
                 ),
                 camera=camera,
                 frame=frame,
@@ -153,8 +173,8 @@ class RunPipeline:
                         strict=True,
                     )
                 ),
-                detector=detector,
-                model_sha256=context.model.sha256,
+                model=context.model,
+                settings_sha256=key,
                 settings=settings,
                 next_sha256s=batches.unseen(
                     session,
@@ -162,50 +182,48 @@ class RunPipeline:
                     stop,
                     2 * stop - start,
                     model_sha256=context.model.sha256,
-                    settings_sha256=detector.settings_sha256,
+                    settings_sha256=key,
                 ),
             )
 
 
-def _outcomes(batch: _Batch, looks: Looks) -> list[ImageOutcome]:
-    """Detect in all images first: vessels of one while are fused together."""
-    found: dict[int, list[Detection]] = {}
-    unusable: dict[int, ImageOutcome] = {}
-    for image in batch.images:
-        boxes = _boxes(batch, image, looks)
-        if isinstance(boxes, ImageOutcome):
-            unusable[image.id] = boxes
-        else:
-            found[image.id] = boxes
-    seen = [image for image in batch.images if image.id in found]
-    results = fuse_series(
-        batch.camera,
-        batch.frame,
-        [
-            SeenImage(
-                detections=found[image.id],
-                states=batch.states[image.id],
-                water_level_m=batch.water[image.id].level_m,
-                at_s=image.captured_at.timestamp(),
-            )
-            for image in seen
-        ],
-        batch.settings,
-    )
-    fused = {image.id: result for image, result in zip(seen, results, strict=True)}
+def _outcomes(batch: _Batch, group: Sequence[RunPhotograph], looks: Looks) -> list[ImageOutcome]:
+    """Fuse the vessels of a while together, all on one water."""
+    boxes = {image.id: _boxes(batch, image, looks) for image in group}
+    seen: list[tuple[RunPhotograph, SeenImage]] = []
+    for image in group:
+        found = boxes[image.id]
+        if not isinstance(found, ImageOutcome):
+            seen.append((image, _seen(batch, image, found)))
+    shown = [image for _, image in seen]
+    results = fuse_series(batch.camera, batch.frame, shown, batch.settings)
+    states = state_rows(batch.camera, batch.frame, shown, results)
+    fused = {
+        image.id: _fused(batch, image, one, result, rows)
+        for (image, one), result, rows in zip(seen, results, states, strict=True)
+    }
     return [
-        unusable.get(image.id) or _fused(batch, image, found[image.id], fused[image.id])
-        for image in batch.images
+        unusable if isinstance(unusable := boxes[image.id], ImageOutcome) else fused[image.id]
+        for image in group
     ]
 
 
-def _boxes(batch: _Batch, image: Image, looks: Looks) -> list[Detection] | ImageOutcome:
+def _seen(batch: _Batch, image: RunPhotograph, boxes: Sequence[Detection]) -> SeenImage:
+    return SeenImage(
+        detections=boxes,
+        states=batch.states[image.id],
+        water_level_m=batch.water[image.id].level_m,
+        at_s=image.captured_at.timestamp(),
+    )
+
+
+def _boxes(batch: _Batch, image: RunPhotograph, looks: Looks) -> list[Detection] | ImageOutcome:
     """Return an image's detections, or its outcome when it cannot be looked at."""
     if image.deleted_at is not None:
         return _unusable(image, "the image was deleted before its turn came")
     known = batch.known.get(image.sha256)
     if known is not None:
-        return [_box(row) for row in known.detections]
+        return known.boxes
     found = looks.of(image.sha256)
     if isinstance(found, Unusable):
         # One bad file among thousands is told by name; a broken detector ends the run.
@@ -215,24 +233,23 @@ def _boxes(batch: _Batch, image: Image, looks: Looks) -> list[Detection] | Image
 
 
 def _fused(
-    batch: _Batch, image: Image, boxes: list[Detection], result: FusionResult
+    batch: _Batch,
+    image: RunPhotograph,
+    seen: SeenImage,
+    result: FusionResult,
+    states: Sequence[dict[str, Any]],
 ) -> ImageOutcome:
     known = batch.known.get(image.sha256)
-    states, water = batch.states[image.id], batch.water[image.id]
     return ImageOutcome(
         image_id=image.id,
         image_sha256=image.sha256,
         detection_set_id=known.id if known else None,
-        new_boxes=None if known else boxes,
-        states=state_rows(batch.camera, batch.frame, water.level_m, states, result),
-        poses=pose_rows(batch.frame, states, result),
-        water=water,
+        new_boxes=None if known else seen.detections,
+        states=states,
+        poses=pose_rows(batch.frame, seen.states, result),
+        water=batch.water[image.id],
     )
 
 
-def _unusable(image: Image, reason: str) -> ImageOutcome:
+def _unusable(image: RunPhotograph, reason: str) -> ImageOutcome:
     return ImageOutcome(image.id, image.sha256, None, None, (), (), error=reason)
-
-
-def _box(row: DetectionRow) -> Detection:
-    return Detection(row.x1_px, row.y1_px, row.x2_px, row.y2_px, row.score, row.class_id)

@@ -55,11 +55,10 @@ def state(vessel: int) -> dict[str, Any]:
     }
 
 
-def pose(vessel: int, *, box: int, place: int) -> PoseRows:
-    """Return a vessel's pose, made of a box and the state at a place among its image's."""
+def pose(vessel: int, *, box: int) -> PoseRows:
+    """Return a vessel's pose, made of a box and its state."""
     return PoseRows(
         detection_index=box,
-        state_index=place,
         cost=0.1,
         cost_terms={"score": 0.5},
         pose={
@@ -137,11 +136,11 @@ def test_each_pose_has_its_own_box_and_state(database: Database, harbour: Harbou
             first,
             boxes(0.9, 0.8, 0.7),
             [0, 1, 2],
-            [pose(2, box=0, place=2), pose(0, box=2, place=0)],
+            [pose(2, box=0), pose(0, box=2)],
         ),
         outcome(second, None, [], [], error="the image cannot be decoded"),
         outcome(third, [], [1], []),
-        outcome(fourth, boxes(0.6, 0.5), [1, 3], [pose(3, box=1, place=1)]),
+        outcome(fourth, boxes(0.6, 0.5), [1, 3], [pose(3, box=1)]),
     )
     vessel = [FIRST_MMSI + number for number in range(4)]
     assert links(database, run_id) == [
@@ -163,12 +162,12 @@ def test_boxes_another_run_stored_meanwhile_are_taken(database: Database, harbou
     """A run that detected the same at the same time refers to the boxes that came first."""
     first, second = harbour.images[:2]
     runs = [start(database, harbour) for _ in range(2)]
-    store(database, runs[0], outcome(first, boxes(0.9), [0], [pose(0, box=0, place=0)]))
+    store(database, runs[0], outcome(first, boxes(0.9), [0], [pose(0, box=0)]))
     store(
         database,
         runs[1],
-        outcome(first, boxes(0.9), [0], [pose(0, box=0, place=0)]),
-        outcome(second, boxes(0.8), [1], [pose(1, box=0, place=0)]),
+        outcome(first, boxes(0.9), [0], [pose(0, box=0)]),
+        outcome(second, boxes(0.8), [1], [pose(1, box=0)]),
     )
     assert [link[2] for link in links(database, runs[1])] == [0.9, 0.8]
     with database.reading() as session:
@@ -186,7 +185,7 @@ def test_known_boxes_are_referred_to(database: Database, harbour: Harbour) -> No
     store(
         database,
         runs[1],
-        outcome(image, None, [4], [pose(4, box=1, place=0)], detection_set_id=known.id),
+        outcome(image, None, [4], [pose(4, box=1)], detection_set_id=known.id),
     )
     assert [link[2] for link in links(database, runs[1])] == [0.8]
 

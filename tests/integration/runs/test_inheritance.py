@@ -48,7 +48,7 @@ def run_over(
             found.id if found else None,
             None if found else [Box(1.0, 2.0, 30.0, 40.0, 0.9)],
             [_state(vessel)],
-            [PoseRows(0, 0, 0.1, {"score": 0.9}, _pose(vessel, **moved))],
+            [PoseRows(0, 0.1, {"score": 0.9}, _pose(vessel, **moved))],
         )
         batches.store(session, run_id, MODEL, SETTINGS, [outcome])
         pose_id = session.scalars(sa.select(Pose.id).where(Pose.run_id == run_id)).one()
