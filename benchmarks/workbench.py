@@ -32,7 +32,7 @@ SHARED = ROOT.parent / "shared"
 
 @dataclass(frozen=True)
 class Workbench:
-    """An installation on SQLite, served at `url` and worked for where asked."""
+    """An installation, served at `url` and worked for where asked."""
 
     settings: Settings
     database: Database
@@ -47,15 +47,22 @@ class Workbench:
         headers = {"Authorization": f"Bearer {self.token}"}
         return httpx.Client(base_url=self.url, headers=headers, timeout=60)
 
-    def start_run(self, viewport_id: int, **parameters: object) -> int:
+    def start_run(
+        self,
+        viewport_id: int,
+        *,
+        detector: str | None = None,
+        preset: str = "paper",
+        **parameters: object,
+    ) -> int:
         """Start a run; returns its id."""
         with self.database.writing() as session:
             return service.start_run(
                 session,
                 self.jobs,
                 viewport_id=viewport_id,
-                detector=None,
-                preset="paper",
+                detector=detector,
+                preset=preset,
                 parameters=parameters,
             ).id
 
@@ -78,12 +85,17 @@ class Workbench:
 
 
 @contextmanager
-def workbench(*, worker: bool) -> Iterator[Workbench]:
-    """Give a fresh installation with a web process, and with a worker where asked."""
+def workbench(*, worker: bool, database_url: str | None = None) -> Iterator[Workbench]:
+    """Give a fresh installation with a web process, and with a worker where asked.
+
+    On SQLite, or in the empty database named.
+    """
     with tempfile.TemporaryDirectory() as folder:
         port = _free_port()
         environment = os.environ | {"QUAYMARK_DATA_DIR": folder, "QUAYMARK_PORT": str(port)}
-        settings = Settings(data_dir=Path(folder), port=port)
+        if database_url is not None:
+            environment["QUAYMARK_DATABASE_URL"] = database_url
+        settings = Settings(data_dir=Path(folder), port=port, database_url=database_url or "")
         database = Database(settings.database_url)
         schema.upgrade(database)
         with database.writing() as session:
