@@ -52,5 +52,5 @@ def carried(slopes: FloatArray, covariance: FloatArray) -> FloatArray:
     if covariance.ndim == 2:
         by_unknown = covariance @ slopes
     else:
-        by_unknown = (slopes[:, None] * covariance[None]).sum(axis=2)
-    return np.asarray((slopes[:, None] * by_unknown[None]).sum(axis=2))
+        by_unknown = np.einsum("ikn,mkn->imn", slopes, covariance)
+    return np.asarray(np.einsum("ikn,jkn->ijn", slopes, by_unknown))

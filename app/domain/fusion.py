@@ -164,16 +164,23 @@ def pose_flags(
     it hardly possible; `partly_hidden`: what is not seen of it may be its highest point. The
     state's own flags follow.
     """
-    conditions = (
-        ("cut_left", cut.left),
-        ("cut_right", cut.right),
-        ("cut_bottom", cut.bottom),
-        ("cut_top", cut.top),
-        ("no_length", state.length_m <= 0),
-        ("no_width", state.width_m <= 0),
-        ("no_height", box_height_m <= 0),
-    )
-    return [*[flag for flag, holds in conditions if holds], *doubts, *state.flags]
+    flags = []
+    # One after the other, not from a table: there are thousands of poses and few flags.
+    if cut.left:
+        flags.append("cut_left")
+    if cut.right:
+        flags.append("cut_right")
+    if cut.bottom:
+        flags.append("cut_bottom")
+    if cut.top:
+        flags.append("cut_top")
+    if state.length_m <= 0:
+        flags.append("no_length")
+    if state.width_m <= 0:
+        flags.append("no_width")
+    if box_height_m <= 0:
+        flags.append("no_height")
+    return [*flags, *doubts, *state.flags]
 
 
 def _poses(camera: Camera, pairs: Sequence[Sighting], boxes: VesselBoxes) -> list[FusedPose]:
