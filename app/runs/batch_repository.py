@@ -306,7 +306,7 @@ def _store_poses(
         for outcome, rows in poses
     ]
     session.execute(sa.insert(_MATCHES), matches)
-    match_ids = _match_ids(session, [match["vessel_state_id"] for match in matches])
+    match_ids = _match_ids(session, run_id, [match["vessel_state_id"] for match in matches])
     session.execute(
         sa.insert(_POSES),
         [
@@ -334,11 +334,14 @@ def _state_ids(
     return {(image_id, mmsi): state_id for image_id, mmsi, state_id in rows}
 
 
-def _match_ids(session: Session, state_ids: Collection[int]) -> Mapping[int, int]:
-    """Return the ids of matches, by vessel state."""
+def _match_ids(session: Session, run_id: int, state_ids: Collection[int]) -> Mapping[int, int]:
+    """Return the ids of a run's matches of states that were stored together, by vessel state."""
     matches = _MATCHES.c
     rows = session.execute(
-        sa.select(matches.vessel_state_id, matches.id).where(matches.vessel_state_id.in_(state_ids))
+        sa.select(matches.vessel_state_id, matches.id).where(
+            matches.run_id == run_id,
+            matches.vessel_state_id.between(min(state_ids), max(state_ids)),
+        )
     )
     return {row[0]: row[1] for row in rows}
 
