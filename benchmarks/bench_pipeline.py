@@ -70,7 +70,7 @@ def main() -> None:
                 "run, decoded at 1/2": run(score_threshold=threshold, decoding_divisor=2),
                 "run, decoded at 1/4": run(score_threshold=threshold, decoding_divisor=4),
                 "run, detections known": run(
-                    score_threshold=threshold, decoding_divisor=1, maximum_cost=0.4
+                    score_threshold=threshold, decoding_divisor=1, border_tolerance_px=2.5
                 ),
             }
             rounds.append({name: way() for name, way in ways.items()})

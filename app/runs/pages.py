@@ -15,6 +15,7 @@ from app.domain.fusion_settings import PRESET_OF_RUNS
 from app.errors import AppError, Conflict, Invalid
 from app.reviews import service as reviews
 from app.runs import references, service, setting_words
+from app.runs.parameters import require_used
 from app.sites import service as sites
 from app.templating import page
 
@@ -76,13 +77,15 @@ def start_run(
     try:
         with database.writing() as session:
             access.require(Scope.INGEST, sites.site_id_of_viewport(session, viewport_id))
+            parameters = {key: _value(text) for key, text in entered.items() if text.strip()}
+            require_used(preset, parameters)
             run = service.start_run(
                 session,
                 jobs,
                 viewport_id=viewport_id,
                 detector=detector,
                 preset=preset,
-                parameters={key: _value(text) for key, text in entered.items() if text.strip()},
+                parameters=parameters,
                 name=name.strip(),
                 user_id=access.user_id,
             )

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from app.domain.fusion_settings import MATCHING_OF, FusionSettings, Preset
+from app.domain.fusion_settings import MATCHING_OF, FusionSettings, MatchingMethod, Preset
 from app.errors import FieldError, Invalid
 from app.ids import LARGEST_ROW_ID
 
@@ -45,6 +45,25 @@ def fusion_settings(preset: str, overrides: Mapping[str, Any]) -> FusionSettings
         raise Invalid(f"{first.field}: {first.message}", fields=problems) from error
     _refuse_slips(settings)
     return settings
+
+
+def require_used(preset: str, overrides: Mapping[str, Any]) -> None:
+    """Raise Invalid for a highest matching cost where the matching has no such cost.
+
+    Whoever sets it expects it to leave pairs out. The default may be said again, so that a run's
+    own parameters start another.
+    """
+    standard = FusionSettings().maximum_cost
+    own = {str(of): matching for of, matching in MATCHING_OF.items()}.get(preset)
+    matching = overrides.get("matching", own)
+    if overrides.get("maximum_cost", standard) == standard or matching == MatchingMethod.PAPER:
+        return
+    if matching in list(MatchingMethod):
+        raise Invalid.field(
+            "parameters.maximum_cost",
+            f"has no effect with matching {matching}, which leaves unlikely pairs out by itself; "
+            "leave it out, or choose matching paper",
+        )
 
 
 def _problem(place: tuple[int | str, ...], message: str) -> FieldError:

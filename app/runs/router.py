@@ -22,6 +22,7 @@ from app.dependencies import DatabaseDep, JobsDep, Page, PagingDep, SessionDep
 from app.errors import NotFound, looked_up_by
 from app.ids import RowId
 from app.runs import actions, service
+from app.runs.parameters import require_used
 from app.runs.schemas import RunIn, RunOut
 from app.sites import service as sites
 from app.tables.runs import Run
@@ -45,6 +46,7 @@ def start_run(
     """Start a run over all images of a viewport; a worker takes it from the queue."""
     with looked_up_by("viewport_id"):
         access.require(Scope.INGEST, sites.site_id_of_viewport(session, body.viewport_id))
+    require_used(body.preset, body.parameters)
     run = service.start_run(
         session,
         jobs,

@@ -81,7 +81,7 @@ SETTINGS: dict[str, SettingWords] = {
         "Border", " px", "A box this near to the image's border counts as cut by it."
     ),
     "maximum_cost": SettingWords(
-        "Highest matching cost", "", "Of matching paper: pairs above it are no match."
+        "Highest matching cost", "", "Of matching paper only: pairs above it are no match."
     ),
     "maximum_report_age_s": SettingWords(
         "Oldest report", " s", "Vessels not heard for longer are in no picture."

@@ -62,6 +62,7 @@ def test_the_form_starts_a_run_and_shows_it(
         ({"score_threshold": "2"}, "must lie between 0 and 1"),
         ({"maximum_cost": "cheap"}, "valid number"),
         ({"maximum_cost": "Infinity"}, "at most"),
+        ({"preset": "waterline", "maximum_cost": "0.3"}, "no effect with matching likelihood"),
         ({"detector": "nobody"}, "is not ready"),
         ({"preset": "magic"}, "must be one of"),
     ],

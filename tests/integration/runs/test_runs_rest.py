@@ -117,6 +117,7 @@ def test_images_are_run_in_the_order_they_were_taken(
         ({"parameters": {"class_ids": [-1]}}, 422, "parameters.class_ids"),
         ({"parameters": {"class_ids": [8, "x"]}}, 422, "parameters.class_ids.1"),
         ({"parameters": {"preset": "paper"}}, 422, "parameters.preset"),
+        ({"parameters": {"maximum_cost": 0.3}}, 422, "parameters.maximum_cost"),
         ({"name": "a\x00b"}, 422, "name"),
         ({"detector": "a\x00b"}, 422, "detector"),
         ({"name": "x" * 201}, 422, "name"),
