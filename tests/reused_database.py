@@ -26,8 +26,9 @@ COUNT_ANEW = """
     FROM pg_sequences WHERE last_value IS NOT NULL
 """
 MIGRATIONS = ("migrations", "alembic_version")
+VERSION = "SELECT version_num, '' FROM alembic_version"
 Connection: TypeAlias = "psycopg.Connection[tuple[str, str]]"
-Relations = list[tuple[str, str]]
+Rows = list[tuple[str, str]]
 
 
 class ReusedDatabase:
@@ -36,7 +37,7 @@ class ReusedDatabase:
     def __init__(self, cluster: PostgresCluster, name: str, template: str) -> None:
         self._cluster, self._name, self._template = cluster, name, template
         self._connection: Connection | None = None
-        self._relations: Relations = []
+        self._made: Rows = []
 
     def lend(self) -> str:
         """Return the address of the database, as the template has it."""
@@ -45,7 +46,7 @@ class ReusedDatabase:
             self._cluster.drop(self._name)
             self._cluster.create(self._name, self._template)
             self._connection = psycopg.connect(url.replace("+psycopg", ""), autocommit=True)
-            self._relations = _relations(self._connection)
+            self._made = _made(self._connection)
             # All rows go together: who refers to whom need not be asked.
             self._connection.execute("SET session_replication_role = replica")
         return url
@@ -66,10 +67,10 @@ class ReusedDatabase:
             self._connection = None
 
     def _empty(self, connection: Connection) -> None:
-        if _relations(connection) != self._relations:
+        if _made(connection) != self._made:
             raise ChangedError
         tables = [
-            name for name, kind in self._relations if kind == "r" and not name.endswith(MIGRATIONS)
+            name for name, kind in self._made if kind == "r" and not name.endswith(MIGRATIONS)
         ]
         filled = " UNION ALL ".join(f"SELECT '{it}', '' WHERE EXISTS (TABLE {it})" for it in tables)
         with connection.transaction():
@@ -79,8 +80,8 @@ class ReusedDatabase:
 
 
 class ChangedError(Exception):
-    """The tables are no longer those of the template."""
+    """The tables or their version are no longer those of the template."""
 
 
-def _relations(connection: Connection) -> Relations:
-    return connection.execute(RELATIONS).fetchall()
+def _made(connection: Connection) -> Rows:
+    return connection.execute(RELATIONS).fetchall() + connection.execute(VERSION).fetchall()

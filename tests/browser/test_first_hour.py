@@ -214,6 +214,7 @@ def test_from_nothing_to_a_graded_pose_with_a_real_photograph(
     review.expect_all_saved()
 
     first.take("Export what is good")
+    page.get_by_role("button", name="See what it holds").click()
     page.get_by_role("button", name="Make the export").click()
     wait_until(lambda: is_done(page, empty.url), what="the page without its checklist")
 

@@ -58,6 +58,8 @@ def addresses(
         ids |= make_feed(session, harbour.site_id, "walked")
         ids |= make_webhook(session, harbour.site_id, "walked")
         ids["user_id"] = make_user(session).id
+    asked = {"format": "ndjson", "filters": {"run_id": ids["run_id"]}}
+    ids["export_id"] = api.post("/exports", json=asked).json()["id"]
     recording = {"file": ("waiting.csv", table(60))}
     sent = api.post(f"{installation.url}/ais", files=recording)
     ids["upload_id"] = int(sent.headers["location"].rpartition("/")[2])

@@ -206,7 +206,7 @@ def test_a_photograph_that_does_not_tell_its_time_is_refused(upload: Upload, nam
     answer = upload(photograph(), name, captured_at=None)
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["field"] == "captured_at"
-    assert "file_name_pattern" in answer.json()["detail"]
+    assert "file name pattern" in answer.json()["detail"]
 
 
 @pytest.mark.parametrize("moment", ["yesterday", "0001-01-01T00:00:00Z", "9999-12-31T23:59:59"])
