@@ -106,7 +106,7 @@ def test_a_run_cancelled_in_the_queue_is_never_begun(
 @pytest.mark.slow
 def test_a_run_on_a_full_disk_goes_on_when_there_is_room(tmp_path: Path, shared_dir: Path) -> None:
     """When SQLite finds no room in mid-run, the run waits for it; the worker need not restart."""
-    with small_disk(tmp_path / "disk", 8 << 20) as disk:
+    with small_disk(tmp_path / "disk", 32 << 20) as disk:
         url = f"sqlite:///{disk / 'quaymark.db'}"
         settings = Settings(
             data_dir=tmp_path, database_url=url, storage_url=str(tmp_path / "files")
