@@ -7,19 +7,10 @@ are taken out once, when a recording is whole.
 import sqlalchemy as sa
 from sqlalchemy.orm import Session, aliased
 
+from app.ais.rows import STATIC_COLUMNS
 from app.tables.ais import AisFile, AisStatic
 
-_SAID = (
-    "name",
-    "callsign",
-    "imo",
-    "ship_type",
-    "to_bow_m",
-    "to_stern_m",
-    "to_port_m",
-    "to_starboard_m",
-    "mothership_mmsi",
-)
+_SAID = [name for name in STATIC_COLUMNS if name not in {"mmsi", "received_at"}]
 
 
 def remove_known_statics(session: Session, file_id: int, site_id: int | None) -> int:

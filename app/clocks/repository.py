@@ -3,29 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy.orm import InstrumentedAttribute, Session
+from sqlalchemy.orm import Session
 
 from app.db import find
 from app.domain.detection import Detection as DetectedBox
 from app.tables.clock import ClockEstimate, ClockOffset
-from app.tables.detection import Detection
+from app.tables.detection import BOX_COLUMNS, Detection
 from app.tables.imagery import Image
 from app.tables.live import StandingRun
 from app.tables.runs import Match, Run, RunImage, VesselStateRow
 from app.tables.sites import Viewport
-
-# In the order of a box's fields.
-_BOX_COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
-    Detection.x1_px,
-    Detection.y1_px,
-    Detection.x2_px,
-    Detection.y2_px,
-    Detection.score,
-    Detection.class_id,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +117,7 @@ def _with_boxes(
 ) -> list[DetectedImage]:
     boxes: dict[int | None, list[DetectedBox]] = {row[1]: [] for row in chosen}
     found = session.execute(
-        sa.select(Detection.detection_set_id, *_BOX_COLUMNS).where(
+        sa.select(Detection.detection_set_id, *BOX_COLUMNS).where(
             Detection.detection_set_id.in_(boxes)
         )
     )
@@ -181,7 +170,7 @@ def matched_boxes(session: Session, run_id: int, image_ids: Sequence[int]) -> li
         sa.select(
             state.segments_px,
             *(state.mmsi, state.lat_deg, state.lon_deg, state.heading_deg, state.speed_kn),
-            *_BOX_COLUMNS,
+            *BOX_COLUMNS,
         )
         .join(Match, Match.vessel_state_id == state.id)
         .join(Detection, Detection.id == Match.detection_id)

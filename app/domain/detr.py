@@ -3,27 +3,17 @@
 Each query answers with one box and a logit for every class. DETR's classes exclude each other, and
 one more of them means "no object"; Deformable DETR asks for each class on its own and takes the
 best hundred answers of all queries and classes. Boxes are the centre and size as shares of the
-image.
+image, answers their corners in the same shares.
 
 Sources: Carion et al. 2020, Zhu et al. 2021, `PostProcess` of both projects.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
+from app.domain.answers import Answers
 from app.domain.arrays import Float32Array, FloatArray
-from app.domain.class_numbers import Labels
 
 MOST_ANSWERS = 100
-
-
-class Answers(NamedTuple):
-    """Boxes (n, 4) x1 y1 x2 y2 as shares of the image, scores (n,) and labels (n,)."""
-
-    boxes: FloatArray
-    scores: FloatArray
-    labels: Labels
 
 
 def exclusive_answers(logits: Float32Array, boxes: Float32Array) -> Answers:

@@ -3,16 +3,15 @@
 For each anchor of a cell the network gives the centre's offset and the logarithmic size relative
 to the anchor, the logit that something is there, and one for each class. Some exports contain
 this decoding already and give centres and sizes in input pixels, others even choose the boxes.
+Answers are in input pixels.
 
 Sources: Redmon and Farhadi 2018; the anchors of darknet's `yolov3.cfg`.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
+from app.domain.answers import Answers
 from app.domain.arrays import Float32Array, FloatArray
-from app.domain.class_numbers import Labels
 
 ANCHORS_PX = {
     8: ((10.0, 13.0), (16.0, 30.0), (33.0, 23.0)),
@@ -21,14 +20,6 @@ ANCHORS_PX = {
 }
 ANCHORS_PER_CELL = 3
 _LARGEST_LOG = 20.0
-
-
-class Answers(NamedTuple):
-    """Boxes (n, 4) x1 y1 x2 y2 in input px, scores (n,) and labels (n,)."""
-
-    boxes: FloatArray
-    scores: FloatArray
-    labels: Labels
 
 
 def cell_anchor_count(width_px: int, height_px: int) -> int:

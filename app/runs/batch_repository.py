@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.orm import InstrumentedAttribute, Session, joinedload
+from sqlalchemy.orm import Session, joinedload
 
 from app.db import Base, now
 from app.domain.detection import Detection as DetectedBox
@@ -20,20 +20,11 @@ from app.runs.inheritance_repository import inherit
 from app.runs.telling import announce_end
 from app.sites.water import Level
 from app.tables.deletion import WITH_DELETED
-from app.tables.detection import Detection, DetectionSet, Model
+from app.tables.detection import BOX_COLUMNS, Detection, DetectionSet, Model
 from app.tables.imagery import Image
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
 from app.tables.sites import Site
 
-# In the order of a box's fields.
-_BOX_COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
-    Detection.x1_px,
-    Detection.y1_px,
-    Detection.x2_px,
-    Detection.y2_px,
-    Detection.score,
-    Detection.class_id,
-)
 # Rows by the thousand go past the mapping to objects.
 _STATES, _MATCHES, _POSES = (
     Base.metadata.tables[row.__tablename__] for row in (VesselStateRow, Match, Pose)
@@ -105,12 +96,7 @@ def images_between(session: Session, run_id: int, start: int, stop: int) -> Sequ
     rows = session.execute(
         sa.select(Image.id, RunImage.position, Image.sha256, Image.captured_at, Image.deleted_at)
         .join(RunImage, RunImage.image_id == Image.id)
-        .where(
-            RunImage.run_id == run_id,
-            RunImage.position >= start,
-            RunImage.position < stop,
-            RunImage.done_at.is_(None),
-        )
+        .where(*_waiting(run_id, start, stop))
         .order_by(RunImage.position),
         execution_options=WITH_DELETED,
     )
@@ -135,15 +121,18 @@ def unseen(
     return session.scalars(
         sa.select(Image.sha256)
         .join(RunImage, RunImage.image_id == Image.id)
-        .where(
-            RunImage.run_id == run_id,
-            RunImage.position >= start,
-            RunImage.position < stop,
-            RunImage.done_at.is_(None),
-            ~is_known,
-        )
+        .where(*_waiting(run_id, start, stop), ~is_known)
         .order_by(RunImage.position)
     ).all()
+
+
+def _waiting(run_id: int, start: int, stop: int) -> tuple[sa.ColumnElement[bool], ...]:
+    return (
+        RunImage.run_id == run_id,
+        RunImage.position >= start,
+        RunImage.position < stop,
+        RunImage.done_at.is_(None),
+    )
 
 
 def known_detections(
@@ -151,7 +140,7 @@ def known_detections(
 ) -> Mapping[str, KnownBoxes]:
     """Return what the detector is known to have found, by image content."""
     rows = session.execute(
-        sa.select(DetectionSet.image_sha256, DetectionSet.id, Detection.id, *_BOX_COLUMNS)
+        sa.select(DetectionSet.image_sha256, DetectionSet.id, Detection.id, *BOX_COLUMNS)
         .outerjoin(Detection, Detection.detection_set_id == DetectionSet.id)
         .where(
             DetectionSet.image_sha256.in_(image_sha256s),

@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy.orm import Mapped, mapped_column, relationship
+from sqlalchemy.orm import InstrumentedAttribute, Mapped, mapped_column, relationship
 
 from app.db import Base, enum_type, now
 from app.tables.ais import WideId
@@ -76,3 +76,14 @@ class Detection(Base):
     class_id: Mapped[int]
 
     detection_set: Mapped[DetectionSet] = relationship(back_populates="detections")
+
+
+# In the order of a `DetectedBox`'s fields.
+BOX_COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
+    Detection.x1_px,
+    Detection.y1_px,
+    Detection.x2_px,
+    Detection.y2_px,
+    Detection.score,
+    Detection.class_id,
+)

@@ -4,12 +4,7 @@ What a route calls is followed through the application's own functions, by the n
 by, until one of them is the audit log's `record`.
 """
 
-import ast
-import inspect
-import textwrap
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 from fastapi.routing import APIRoute
 
@@ -18,6 +13,7 @@ from app.auth.declared import routes_of
 from app.config import Settings
 from app.dependencies import SAFE_METHODS
 from app.main import create_app
+from tests.architecture.calls import reaches
 
 SHOWN = "shows what would be; stores nothing that lasts"
 BATCH = "a part of a batch on its way in; the batch itself leaves the line"
@@ -59,31 +55,6 @@ WITHOUT = {
 }
 
 
-def called(function: Callable[..., Any]) -> Iterator[Any]:
-    """Give what a function calls, as far as its names tell."""
-    names = function.__globals__
-    for node in ast.walk(ast.parse(textwrap.dedent(inspect.getsource(function)))):
-        if isinstance(node, ast.Name):
-            yield names.get(node.id)
-        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            yield getattr(names.get(node.value.id), node.attr, None)
-
-
-def leaves_a_line(endpoint: Callable[..., Any]) -> bool:
-    """Whether an endpoint reaches `record`."""
-    waiting, seen = [inspect.unwrap(endpoint)], set()
-    while waiting:
-        function = waiting.pop()
-        if function is record:
-            return True
-        module = getattr(function, "__module__", None) or ""
-        if not (inspect.isfunction(function) and module.startswith("app.")) or function in seen:
-            continue
-        seen.add(function)
-        waiting += [inspect.unwrap(part) for part in called(function) if callable(part)]
-    return False
-
-
 def test_every_writing_route_is_audited(tmp_path: Path) -> None:
     """A new route that writes without a trace fails here until it leaves one or gives a reason."""
     silent = {
@@ -91,6 +62,6 @@ def test_every_writing_route_is_audited(tmp_path: Path) -> None:
         for route in routes_of(create_app(Settings(data_dir=tmp_path)))
         if isinstance(route.original_route, APIRoute)
         for method in (route.methods or set()) - SAFE_METHODS
-        if not leaves_a_line(route.original_route.endpoint)
+        if not reaches(route.original_route.endpoint, record)
     }
     assert silent <= set(WITHOUT)

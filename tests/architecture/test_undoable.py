@@ -3,10 +3,7 @@
 What a route calls is followed, as for the audit log, until one of them deletes for a while.
 """
 
-import inspect
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from fastapi.routing import APIRoute
 
@@ -14,7 +11,7 @@ from app.auth.declared import routes_of
 from app.config import Settings
 from app.deletions import service
 from app.main import create_app
-from tests.architecture.test_audited import called
+from tests.architecture.calls import reaches
 
 # How the paths of forms end that remove something; REST does it by DELETE.
 REMOVING = ("/delete", "/remove", "/revoke", "/discard", "/withdraw", "/unlink", "/reject", "/end")
@@ -56,21 +53,6 @@ FINAL = {
 }
 
 
-def deletes_for_a_while(endpoint: Callable[..., Any]) -> bool:
-    """Whether an endpoint reaches the deleting that is undone."""
-    waiting, seen = [inspect.unwrap(endpoint)], set()
-    while waiting:
-        function = waiting.pop()
-        if function is service.delete:
-            return True
-        module = getattr(function, "__module__", None) or ""
-        if not (inspect.isfunction(function) and module.startswith("app.")) or function in seen:
-            continue
-        seen.add(function)
-        waiting += [inspect.unwrap(part) for part in called(function) if callable(part)]
-    return False
-
-
 def test_every_removal_can_be_undone_or_says_why_not(tmp_path: Path) -> None:
     """A new way to remove something fails here until it is undoable or gives a reason."""
     final = {
@@ -79,6 +61,6 @@ def test_every_removal_can_be_undone_or_says_why_not(tmp_path: Path) -> None:
         if isinstance(route.original_route, APIRoute)
         for method in route.methods or set()
         if method == "DELETE" or (method == "POST" and (route.path or "").endswith(REMOVING))
-        if not deletes_for_a_while(route.original_route.endpoint)
+        if not reaches(route.original_route.endpoint, service.delete)
     }
     assert final == set(FINAL)

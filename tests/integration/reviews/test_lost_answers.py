@@ -68,7 +68,7 @@ def send(port: int, token: str, pose_id: int, key: str) -> socket.socket:
     return line
 
 
-@pytest.mark.parametrize("database_url", ["postgres"], indirect=True)  # workers take their time
+@pytest.mark.parametrize("database_url", ["postgres"], indirect=True)  # a server takes its time
 @pytest.mark.slow
 def test_a_grade_whose_answer_was_lost_is_there_once(
     database: Database, settings: Settings, harbour: Harbour, admin: User
