@@ -83,10 +83,16 @@ def within(
     if area is not None:
         if (cells := area.cells) is not None:
             conditions.append(AisPosition.cell.in_(cells))
-        conditions.append(AisPosition.lat_deg.between(area.south_deg, area.north_deg))
-        between = AisPosition.lon_deg >= area.west_deg, AisPosition.lon_deg <= area.east_deg
-        conditions.append(sa.or_(*between) if area.crosses_antimeridian else sa.and_(*between))
+        conditions += _in_box(area)
     return conditions
+
+
+def _in_box(area: Area) -> list[sa.ColumnElement[bool]]:
+    between = AisPosition.lon_deg >= area.west_deg, AisPosition.lon_deg <= area.east_deg
+    return [
+        AisPosition.lat_deg.between(area.south_deg, area.north_deg),
+        sa.or_(*between) if area.crosses_antimeridian else sa.and_(*between),
+    ]
 
 
 def position_rows(
@@ -104,14 +110,17 @@ def position_rows(
 def suspect_rows(
     session: Session, readable: Readable, start: datetime, end: datetime, area: Area | None
 ) -> Iterable[tuple[Any, ...]]:
-    """Return `POSITION_COLUMNS` and the arrival of what came in a time from a suspect receiver."""
+    """Return `POSITION_COLUMNS` and the arrival of what came in a time from a suspect receiver.
+
+    Cells are not asked for: SQLite would go through all that was ever heard in them.
+    """
     statement = (
         sa.select(*POSITION_COLUMNS, AisPosition.arrived_at)
         .where(
             AisPosition.clock_suspect == sa.true(),
             AisPosition.arrived_at.between(start, end),
             visible(AisPosition.site_id, readable),
-            *within(None, None, area),
+            *([] if area is None else _in_box(area)),
         )
         .order_by(AisPosition.arrived_at, AisPosition.id)
     )
