@@ -84,7 +84,7 @@ def _in_words(value: Any) -> str:  # noqa: ANN401  a part of JSON
     if isinstance(value, dict):
         return ", ".join(f"{name} {_in_words(count)}" for name, count in value.items()) or "none"
     if isinstance(value, list):
-        return ", ".join(map(str, value))
+        return "; ".join(map(_in_words, value)) or "none"
     return f"{value:,}" if isinstance(value, int) else str(value or "none")
 
 
@@ -125,5 +125,10 @@ def import_recordings(
             word = "imported" if imported.created else "known"
             messages = imported.file.accounting["messages"]
             typer.echo(f"{word} {file}: {_in_words(messages)}")
+            left_out = imported.file.accounting.get("left_out", {"count": 0, "first": []})
+            for left in left_out["first"]:
+                typer.echo(f"left out {left['entry']!r}: {left['reason']}", err=True)
+            if (more := left_out["count"] - len(left_out["first"])) > 0:
+                typer.echo(f"left out {more} more entries", err=True)
     if refused:
         raise AppError(f"{refused} of {len(files)} recordings were refused")

@@ -22,7 +22,7 @@ from sqlalchemy.orm import Session
 
 from app.ais import import_repository, repository
 from app.ais.import_repository import Origin
-from app.ais.recording import Recording
+from app.ais.recording import Recording, told_of
 from app.ais.rows import RowBatch, in_range, printable
 from app.ais.static_repository import remove_known_statics
 from app.ais.summary import RecordingSummary
@@ -284,7 +284,11 @@ def _shown(
                     "format": recording.format,
                     "first_at": first_at,
                     "last_at": last_at,
-                    "accounting": {**recording.accounting.as_dict(), "vessels": len(vessels)},
+                    "accounting": {
+                        **recording.accounting.as_dict(),
+                        "vessels": len(vessels),
+                        "left_out": told_of(recording.left_out),
+                    },
                 }
                 import_repository.update_vessels(session, vessels)
                 file = import_repository.show_file(session, origin.file_id, values)

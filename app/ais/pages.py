@@ -90,6 +90,7 @@ def show_file(file_id: int, request: Request, session: SessionDep, access: Reade
         file=file,
         name=name,
         site=sites.get_site(session, file.site_id) if file.site_id is not None else None,
+        hidden=identities.at_site(session, file.site_id).hidden,
         may_see_rejected=access.may_anywhere(Scope.INGEST),
         may_delete=access.may(Scope.INGEST, file.site_id),
     )

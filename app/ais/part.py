@@ -5,59 +5,39 @@ size counts what comes out of gzip, so that a small file cannot unfold into a fu
 """
 
 import gzip
-import re
+import json
 import zlib
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from datetime import datetime
-from enum import StrEnum
 from itertools import islice
 from typing import IO
 
 from app.ais.plain_text import plain_text
+from app.ais.text_kind import GZIP, NotARecordingError, TextKind, naming, recognised
 from app.domain.accounting import Accounting
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.ais_csv import CsvDecoder, CsvHeaderError
-from app.domain.ais_json import JsonDecoder, row_of
+from app.domain.ais_json import JsonDecoder
+from app.domain.date_order import first_told
 from app.domain.nmea import NmeaDecoder
 from app.domain.nmea_bulk import Decoded, decode_recording
 from app.domain.nmea_lines import split_lines
 from app.domain.rejects import RejectLog
-from app.domain.table_mapping import COLUMNS, TableMapping
-from app.domain.table_proposal import Proposal, propose
+from app.domain.table_mapping import TableMapping
+from app.domain.table_proposal import (
+    Proposal,
+    is_comment,
+    propose,
+    split_row_or_nothing,
+    times_of,
+)
 from app.errors import Invalid, TooLarge
 
 Report = PositionReport | StaticReport
 
 _CHUNK_BYTES = 1 << 18
-_LONGEST_SHOWN = 120
 _LINES_LOOKED_AT = 50
-_MOST_NULS = 0.05  # of a text; a serial line's noise brings some
-_GZIP = b"\x1f\x8b"
-_SENTENCE = re.compile(rb"![0-9A-Z-]{2}VD[MO],")
-_BINARY_KINDS = (
-    (b"\x89PNG", "a PNG image"),
-    (b"\xff\xd8\xff", "a JPEG image"),
-    (b"PK\x03\x04", "a zip archive"),
-    (b"%PDF", "a PDF document"),
-    (b"SQLite format 3", "an SQLite database"),
-    (_GZIP, "gzip within gzip"),
-    (b"BZh", "bzip2 data"),
-    (b"\xfd7zXZ", "xz data"),
-    (b"\x28\xb5\x2f\xfd", "Zstandard data, which has to be unpacked first"),
-    (b"PAR1", "a Parquet file"),
-)
-WANTED = (
-    "wanted are lines with !AIVDM or !AIVDO sentences, lines of JSON, or a table with the columns "
-    f"{','.join(COLUMNS[:6])}[,{','.join(COLUMNS[6:])}], plain, gzip or zip"
-)
-
-
-class TextKind(StrEnum):
-    """What the lines of a text are."""
-
-    NMEA = "nmea"
-    JSON = "json"
-    CSV = "csv"
 
 
 class TextAllowance:
@@ -66,6 +46,12 @@ class TextAllowance:
     def __init__(self, max_bytes: int) -> None:
         self._max_bytes = max_bytes
         self._taken_bytes = 0
+
+    def apart(self) -> "TextAllowance":
+        """Return the same for reading a part once more than it is counted."""
+        other = TextAllowance(self._max_bytes)
+        other._taken_bytes = self._taken_bytes
+        return other
 
     def charged(self, chunks: Iterable[bytes]) -> Iterator[bytes]:
         """Hand chunks on and count them. Raises TooLarge when the allowance is used up."""
@@ -83,7 +69,9 @@ class Part:
     """An open text; its accounting is complete once `reports` has ended.
 
     `entry` is its name where it comes from an archive: errors tell it. `mapping` says how to read
-    a table; without one its header tells. Raises Invalid for what is no recording.
+    a table; without one its header tells, and of `date_lines` lines (None: all) the first whose
+    date has the day or the month first beyond doubt: then its `mapping` says so. `unsure_date` is a
+    date that nothing tells of, else empty. Raises NotARecordingError for what is none.
     """
 
     def __init__(
@@ -95,16 +83,22 @@ class Part:
         *,
         mapping: TableMapping | None = None,
         rejects: RejectLog | None = None,
+        date_lines: int | None = None,
     ) -> None:
         self.entry = entry
         self.is_read_out = False
+        self.unsure_date = ""
         stream.seek(0)
-        self.is_gzip = stream.read(2) == _GZIP
-        stream.seek(0)
-        chunks = self._unpacked(stream) if self.is_gzip else _plain(stream)
-        self._chunks = plain_text(allowance.charged(chunks))
-        self._first_chunk = next(self._chunks, b"")
-        self.kind = self._recognised(self._first_chunk)
+        self.is_gzip = stream.read(2) == GZIP
+        self._open(stream, allowance.apart())
+        self.kind = recognised(self._first_chunk, entry)
+        self.lacks_columns = False
+        if mapping is None and (proposal := self.proposal()):
+            self.lacks_columns = bool(proposal.mapping.missing)
+            if proposal.unsure_date and not self.lacks_columns:
+                mapping = self._with_order(proposal, date_lines)
+        self.mapping = mapping
+        self._open(stream, allowance)
         self._decoder: NmeaDecoder | JsonDecoder | CsvDecoder
         match self.kind:
             case TextKind.NMEA:
@@ -132,15 +126,15 @@ class Part:
         return propose(list(head), delimiter)
 
     def reports(self) -> Iterator[Decoded]:
-        """Yield all reports once. Raises Invalid when the text turns out to hold none at all."""
+        """Yield all reports once. Raises Invalid for dates that may be meant in two ways."""
+        if self.unsure_date:
+            raise self._unsure()
         if isinstance(self._decoder, NmeaDecoder):
             yield from decode_recording(self._all_chunks(), self._decoder)
         else:
             yield from self._decoded(split_lines(self._all_chunks()))
             self._finish()
-        if self.accounting.sentences.total == 0:
-            found = f"{self.accounting.lines.total} lines without one AIS sentence or row"
-            raise self._refused(f"{found}; {WANTED}")
+        self.is_read_out = True
 
     def first_reports(self, most_lines: int) -> Iterator[Report]:
         """Yield the reports of the first lines; parts of messages may then be pending."""
@@ -158,7 +152,44 @@ class Part:
                 pass
             yield
         self._finish()
+        self.is_read_out = True
         yield
+
+    def expect_content(self) -> None:
+        """Raise NotARecordingError if the text was read and holds no sentence and no row at all."""
+        if self.is_read_out and self.accounting.sentences.total == 0:
+            found = f"{self.accounting.lines.total} lines without one AIS sentence or row"
+            raise NotARecordingError(found, self.entry)
+
+    def _open(self, stream: IO[bytes], allowance: TextAllowance) -> None:
+        stream.seek(0)
+        chunks = self._unpacked(stream) if self.is_gzip else _plain(stream)
+        self._chunks = plain_text(allowance.charged(chunks))
+        self._first_chunk = next(self._chunks, b"")
+
+    def _with_order(self, proposal: Proposal, most_lines: int | None) -> TableMapping:
+        """Return a proposed mapping with the order of dates that the whole text tells, if any."""
+        mapping = proposal.mapping
+        lines = map(_text, islice(split_lines(self._all_chunks()), most_lines))
+        rows = (
+            split_row_or_nothing(line, mapping.delimiter) for line in lines if not is_comment(line)
+        )
+        order = first_told(times_of(mapping.columns, rows))
+        if order is None:
+            self.unsure_date = proposal.unsure_date
+            return mapping
+        return replace(mapping, time_format=order)
+
+    def _unsure(self) -> Invalid:
+        """Say that nobody can tell a table's dates, with the mapping that would."""
+        proposal = self.proposal()
+        mapping = proposal.mapping.as_dict() if proposal else {}
+        told = json.dumps(mapping | {"time_format": "month_first"})
+        return Invalid.field(
+            "mapping",
+            f"{naming(self.entry)}time: {self.unsure_date!r} may have the day or the month first, "
+            f'and no row tells which; give the mapping {told}, or the same with "day_first"',
+        )
 
     def _decoded(self, lines: Iterable[bytes]) -> Iterator[Report]:
         decoder = self._decoder
@@ -171,7 +202,7 @@ class Part:
             try:
                 yield from decoder.decode(map(_text, lines))
             except CsvHeaderError as error:
-                raise self._refused(str(error)) from error
+                raise NotARecordingError(str(error), self.entry) from error
 
     def _finish(self) -> None:
         if not isinstance(self._decoder, CsvDecoder):
@@ -189,38 +220,8 @@ class Part:
             try:
                 yield from _plain(unpacked)
             except (OSError, EOFError, zlib.error) as error:
-                raise self._refused(f"its gzip data is damaged or cut off: {error}") from error
-
-    def _recognised(self, head: bytes) -> TextKind:
-        """Tell the kind by the beginning of a text. Raises Invalid for none."""
-        if not head:
-            raise self._refused(f"it is empty; {WANTED}")
-        if kind := _binary_kind(head):
-            raise self._refused(f"this is {kind}; {WANTED}")
-        lines = list(islice(filter(bytes.strip, self._head_lines()), _LINES_LOOKED_AT))
-        if any(b"{" in line and row_of(line) is not None for line in lines):
-            return TextKind.JSON
-        if _SENTENCE.search(head) or head.lstrip()[:1] in {b"$", b"!", b"\\"}:
-            return TextKind.NMEA
-        first = next((line for line in lines if line.lstrip()[:1] != b"#"), b"") or head[:40]
-        is_row = any(mark in first for mark in (b",", b";", b"\t", b"|"))
-        if not is_row or first.lstrip()[:1] in {b"<", b"{", b"["}:
-            start = first[:40].decode("utf-8", "replace")
-            raise self._refused(f"it begins with {start!r}; {WANTED}")
-        return TextKind.CSV
-
-    def _refused(self, reason: str) -> Invalid:
-        where = f"its entry {self.entry[:_LONGEST_SHOWN]!r}: " if self.entry else ""
-        return Invalid.field("file", f"{where}{reason}")
-
-
-def _binary_kind(head: bytes) -> str:
-    """Say what a beginning is that is no text; empty for a text, also one from a noisy line."""
-    if head[257:262] == b"ustar":
-        return "a tar archive"
-    kind = next((kind for magic, kind in _BINARY_KINDS if head.startswith(magic)), "")
-    text = head.rstrip(b"\0")  # what a logger set aside and did not fill
-    return kind or ("binary data" if text.count(0) >= max(1, _MOST_NULS * len(text)) else "")
+                reason = f"{naming(self.entry)}its gzip data is damaged or cut off: {error}"
+                raise Invalid.field("file", reason) from error
 
 
 def _text(line: bytes) -> str:

@@ -5,23 +5,24 @@ same decoders do it that import it, so what is shown is what will be.
 """
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import IO
 
 from app.ais.part import Part, Report
-from app.ais.recording import Recording
+from app.ais.recording import LeftOut, Recording
 from app.ais.summary import RecordingSummary
+from app.ais.text_kind import NotARecordingError
 from app.domain.accounting import Accounting
 from app.domain.rejects import Reject
 from app.domain.table_mapping import TableMapping
 from app.domain.table_proposal import Proposal
-from app.errors import Invalid
 
 PREVIEW_LINES = 20_000
 REPORTS_SHOWN = 10
 REJECTS_OF_A_REASON = 3
 _MOST_ENTRIES = 20
+_DATE_LINES = 200_000  # searched for a date that tells whether the day or the month comes first
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,8 @@ class Preview:
     """What the first lines of a recording hold. `is_whole`: there are no more than these.
 
     `table` is what its first table seems to be, `mapping` how it is read; None without a table.
-    `problem` says why nothing of it can be read yet.
+    `problem` says why nothing of it can be read yet, `left_out` which entries of an archive are
+    no recordings.
     """
 
     texts: list[TextSeen] = field(default_factory=list)
@@ -57,6 +59,7 @@ class Preview:
     table: Proposal | None = None
     mapping: TableMapping | None = None
     problem: str = ""
+    left_out: list[LeftOut] = field(default_factory=list)
 
     @property
     def first(self) -> datetime | None:
@@ -96,8 +99,25 @@ def preview(
 
     is_chosen = mapping is not None and bool(mapping.columns)
     recording = Recording(
-        stream, max_bytes=max_bytes, mapping=mapping if is_chosen else None, on_reject=keep
+        stream,
+        max_bytes=max_bytes,
+        mapping=mapping if is_chosen else None,
+        on_reject=keep,
+        date_lines=_DATE_LINES,
     )
+    try:
+        _look(seen, recording, mapping, most_lines)
+    except NotARecordingError:
+        if recording.unknown_table is None:
+            raise
+        _look_at_table(seen, recording.unknown_table, mapping)
+    seen.left_out = recording.left_out
+    return seen
+
+
+def _look(
+    seen: Preview, recording: Recording, mapping: TableMapping | None, most_lines: int
+) -> None:
     seen.is_whole = True
     lines = 0
     for part in recording.texts():
@@ -105,7 +125,7 @@ def preview(
             seen.is_whole = False
             break
         seen.texts.append(TextSeen(part.entry, part.format))
-        if seen.table is None:
+        if seen.table is None or (part.unsure_date and not seen.problem):
             _look_at_table(seen, part, mapping)
         if not seen.problem:
             _read(seen, part, most_lines - lines)
@@ -114,8 +134,6 @@ def preview(
         if not part.is_read_out:
             seen.is_whole = False
             break
-    _check(seen)
-    return seen
 
 
 def _look_at_table(seen: Preview, part: Part, mapping: TableMapping | None) -> None:
@@ -123,12 +141,19 @@ def _look_at_table(seen: Preview, part: Part, mapping: TableMapping | None) -> N
     table = part.proposal(mapping.delimiter if mapping else None)
     if table is None:
         return
+    if part.mapping is not None:
+        table = replace(table, mapping=part.mapping, unsure_date=part.unsure_date)
     seen.table, seen.mapping = table, mapping
     if mapping is None or not mapping.columns:
         seen.mapping = table.mapping
     if seen.mapping is not None and seen.mapping.missing:
         missing = ", ".join(seen.mapping.missing)
         seen.problem = f"No column is known as {missing}; say below which it is."
+    elif part.unsure_date:
+        seen.problem = (
+            f"{part.unsure_date} may have the day or the month first, and no row tells which: "
+            "choose below how the times are written."
+        )
 
 
 def _read(seen: Preview, part: Part, most_lines: int) -> None:
@@ -136,10 +161,3 @@ def _read(seen: Preview, part: Part, most_lines: int) -> None:
         seen.summary.add(report)
         if len(seen.reports) < REPORTS_SHOWN:
             seen.reports.append(report)
-
-
-def _check(seen: Preview) -> None:
-    """Refuse what holds no sentence and no row at all."""
-    if seen.is_whole and seen.accounting.sentences.total == 0:
-        lines = seen.accounting.lines.total
-        raise Invalid.field("file", f"it holds {lines} lines without one AIS sentence or row")

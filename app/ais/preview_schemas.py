@@ -8,7 +8,8 @@ from pydantic import BaseModel, Field
 
 from app.ais.part import Report
 from app.ais.preview import Preview, RejectSeen
-from app.ais.schemas import AccountingOut
+from app.ais.recording import told_of
+from app.ais.schemas import AccountingOut, LeftOutOut
 from app.domain.ais import PositionReport
 from app.domain.table_mapping import FIELDS, MappingError, TableMapping
 from app.domain.table_proposal import Proposal
@@ -113,7 +114,10 @@ class RejectOut(BaseModel):
 
 
 class TableOut(BaseModel):
-    """How a table seems to be made; `mapping` may be sent along with the import, changed or not."""
+    """How a table seems to be made; `mapping` may be sent along with the import, changed or not.
+
+    Its `time_format` is empty, and has to be said, where dates may have the day or the month first.
+    """
 
     kind: str
     header: list[str]
@@ -126,11 +130,14 @@ class TableOut(BaseModel):
     def of(cls, proposal: Proposal, mapping: TableMapping | None) -> "TableOut":
         """Show a proposal, or what somebody said instead."""
         used = mapping or proposal.mapping
+        told = used.as_dict()
+        if proposal.unsure_date and used == proposal.mapping:
+            told["time_format"] = ""
         return cls(
             kind=proposal.kind,
             header=proposal.header,
             rows=proposal.rows[:5],
-            mapping=used.as_dict(),
+            mapping=told,
             missing=used.missing,
             doubts=[] if mapping and mapping != proposal.mapping else proposal.doubts,
         )
@@ -149,6 +156,7 @@ class PreviewOut(BaseModel):
     rejects: list[RejectOut] = Field(description="Up to three of each reason")
     table: TableOut | None
     problem: str
+    left_out: LeftOutOut = Field(description="Entries of an archive that are no recordings")
 
     @classmethod
     def of(cls, seen: Preview) -> "PreviewOut":
@@ -164,6 +172,7 @@ class PreviewOut(BaseModel):
             rejects=[RejectOut.of(reject) for reject in seen.rejects],
             table=TableOut.of(seen.table, seen.mapping) if seen.table else None,
             problem=seen.problem,
+            left_out=LeftOutOut.model_validate(told_of(seen.left_out)),
         )
 
 

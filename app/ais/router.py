@@ -45,8 +45,10 @@ def import_ais_file(
     It may be plain, gzip or zip; the content tells the format. A plain table has the columns
     `mmsi,time,lat,lon,sog,cog`, then optionally `heading,rot,to_bow,to_stern,to_port,to_starboard,
     name,ship_type`; others are read by their header, or by `mapping` as a preview proposes it. A
-    zip holds one recording or several and is one file, its accounting their sum; if one is
-    refused, all are. The same bytes again answer 200 with the same id and change nothing.
+    zip holds one recording or several and is one file, its accounting their sum; what else it holds
+    is left out and told, and if one is refused, all are. A table whose dates may all have the day
+    or the month first is refused until `mapping` says which. The same bytes again answer 200 with
+    the same id and change nothing.
     """
     imported = actions.import_upload(
         database, storage, settings, access, file, site_id, actions.mapping_of(mapping)

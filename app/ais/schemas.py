@@ -30,6 +30,20 @@ class AccountingOut(BaseModel):
     messages: dict[str, Any]
 
 
+class LeftOutEntry(BaseModel):
+    """An entry of an archive that is no recording, and why."""
+
+    entry: str
+    reason: str
+
+
+class LeftOutOut(BaseModel):
+    """The entries of an archive that were left out: how many, and the first fifty of them."""
+
+    count: int = 0
+    first: list[LeftOutEntry] = []
+
+
 class AisFileOut(BaseModel):
     """An imported recording."""
 
@@ -42,6 +56,9 @@ class AisFileOut(BaseModel):
     sha256: str
     size_bytes: int
     accounting: AccountingOut = Field(examples=[_ACCOUNTING_EXAMPLE])
+    left_out: LeftOutOut = Field(
+        description="What an archive holds beside recordings; the accounting counts none of it"
+    )
     vessels: int = Field(description="How many vessels it speaks of")
     first: datetime | None
     last: datetime | None
@@ -49,7 +66,10 @@ class AisFileOut(BaseModel):
 
     @classmethod
     def of(cls, file: AisFile, told: Identities) -> "AisFileOut":
-        """Show a row; a file's name may tell a vessel."""
+        """Show a row; a file's name may tell a vessel, and so may an entry's."""
+        left_out = LeftOutOut.model_validate(file.accounting.get("left_out", {}))
+        if told.hidden:
+            left_out.first = []
         return cls(
             id=file.id,
             site_id=file.site_id,
@@ -58,6 +78,7 @@ class AisFileOut(BaseModel):
             sha256=file.sha256,
             size_bytes=file.size_bytes,
             accounting=AccountingOut.model_validate(file.accounting),
+            left_out=left_out,
             vessels=file.accounting.get("vessels", 0),
             first=file.first_at,
             last=file.last_at,

@@ -118,12 +118,14 @@ def inspect(
 ) -> dict[str, Any]:
     """Decode recordings without storing: the sums of all, the vessels, the first and last moment.
 
-    Returns `{"lines", "sentences", "messages", "vessels", "first", "last", "formats"}`. `on_reject`
-    hears of each line that is not taken. Raises Invalid for what is no recording.
+    Returns `{"lines", "sentences", "messages", "vessels", "first", "last", "formats",
+    "left_out"}`, the last of them the entries of archives that are no recordings. `on_reject` hears
+    of each line that is not taken. Raises Invalid for what is no recording.
     """
     accounting = Accounting()
     summary = RecordingSummary()
     formats = set()
+    left_out = []
     for path in paths:
         with path.open("rb") as stream:
             recording = Recording(stream, max_bytes=max_bytes, mapping=mapping, on_reject=on_reject)
@@ -131,12 +133,17 @@ def inspect(
                 summary.add(report)
             accounting.add(recording.accounting)
             formats.add(recording.format)
+            left_out += [
+                {"file": path.name, "entry": left.entry, "reason": left.reason}
+                for left in recording.left_out
+            ]
     return {
         **accounting.as_dict(),
         "vessels": summary.vessel_count,
         "first": _iso(summary.first),
         "last": _iso(summary.last),
         "formats": sorted(formats),
+        "left_out": left_out,
     }
 
 

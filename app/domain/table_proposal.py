@@ -7,10 +7,11 @@ guessed, and what could be read in two ways, is told, so that a person can look 
 
 import csv
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
+from app.domain.date_order import is_date, is_unsure, told_order
 from app.domain.nmea_times import DISTANT
 from app.domain.table_cells import CellReader
 from app.domain.table_mapping import COLUMNS, DELIMITERS, REQUIRED, TableMapping, TimeFormat
@@ -22,7 +23,6 @@ _MOST = 2 / 3  # of a column's cells tell what it holds; a few may say "not avai
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 _DECIMAL = re.compile(r"-?\d{1,3}[.,]\d+")
 _DECIMAL_COMMA = re.compile(r"-?\d+,\d+")
-_PARTS_OF_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2}|[A-Za-zä]{3})[./-]\d{4}(.*)")
 _SEPARATOR = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 _FOURTEEN = re.compile(r"\d{14}(?:\.\d+)?Z?|\d{8}[ T_-]\d{6}Z?")
 DANISH = "Danish Maritime Authority"  # writes the day first, always
@@ -39,13 +39,18 @@ _KINDS = (
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """A mapping, the header's names (empty without one) and rows to look at, and what is unsure."""
+    """A mapping, the header's names (empty without one) and rows to look at, and what is unsure.
+
+    `unsure_date` is a date that may have the day or the month first, where none of these rows
+    tells which; else empty.
+    """
 
     mapping: TableMapping
     kind: str
     header: list[str]
     rows: list[list[str]]
     doubts: list[str]
+    unsure_date: str = ""
 
 
 def split_row(line: str, delimiter: str) -> list[str]:
@@ -101,15 +106,29 @@ def propose(lines: Sequence[str], delimiter: str | None = None) -> Proposal:
     kind = _kind(header)
     if kind == DANISH and "to_starboard" in columns:
         doubts.append(_SIDES_DOUBT)
+    texts = times_of(columns, rows)
+    time_format, unsure_date = _time_format(texts)
+    if kind == DANISH:
+        unsure_date = ""
     mapping = TableMapping(
         columns,
         has_header=bool(header),
         delimiter=delimiter,
         decimal="," if _has_commas(columns, rows) else ".",  # parted by commas, they are quoted
-        time_format=_time_format(columns, rows, [] if kind == DANISH else doubts),
+        time_format=time_format,
         speed_unit=speed_unit(header, columns.get("sog") if header else None),
     )
-    return Proposal(mapping, kind, header, rows, doubts)
+    return Proposal(mapping, kind, header, rows, doubts, unsure_date)
+
+
+def times_of(columns: Mapping[str, int], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    """Yield how rows write their times, where they have one."""
+    index, clock = columns.get("time"), columns.get("clock")
+    if index is None:
+        return
+    for row in rows:
+        if index < len(row) and row[index] and (clock is None or clock < len(row)):
+            yield row[index] if clock is None else f"{row[index]} {row[clock]}"
 
 
 def _kind(header: Sequence[str]) -> str:
@@ -178,27 +197,19 @@ def _has_commas(columns: dict[str, int], rows: Sequence[Sequence[str]]) -> bool:
     )
 
 
-def _time_format(
-    columns: dict[str, int], rows: Sequence[Sequence[str]], doubts: list[str]
-) -> TimeFormat:
-    index, clock = columns.get("time"), columns.get("clock")
-    if index is None:
-        return TimeFormat.ISO
-    texts = [row[index] for row in rows if index < len(row) and row[index]]
-    if clock is not None:
-        texts = [f"{row[index]} {row[clock]}" for row in rows if max(index, clock) < len(row)]
+def _time_format(times: Iterable[str]) -> tuple[TimeFormat, str]:
+    """Return how times are written, and one that may be meant otherwise where all may."""
+    texts = list(times)
     if texts and all(map(_FOURTEEN.fullmatch, texts)):
-        return TimeFormat.COMPACT
-    dates = [match for text in texts if (match := _PARTS_OF_DATE.fullmatch(text))]
+        return TimeFormat.COMPACT, ""
+    dates = list(filter(is_date, texts))
     if not dates or len(dates) < len(texts) / 2:
-        return TimeFormat.ISO
-    if any(not match[3].isdigit() or int(match[1]) > 12 for match in dates):
-        return TimeFormat.DAY_FIRST
-    if any(int(match[3]) > 12 or "M" in match[4].upper() for match in dates):
-        return TimeFormat.MONTH_FIRST
-    if any(match[1] != match[3] and match[2] != "." for match in dates):
-        doubts.append(f"{dates[0][0]} is read with the day first; change it if the month is.")
-    return TimeFormat.DAY_FIRST
+        return TimeFormat.ISO, ""
+    told = set(map(told_order, dates))
+    for order in (TimeFormat.DAY_FIRST, TimeFormat.MONTH_FIRST):
+        if order in told:
+            return order, ""
+    return TimeFormat.DAY_FIRST, next(filter(is_unsure, dates), "")
 
 
 def _readable(texts: Sequence[str], mapping: TableMapping) -> bool:

@@ -106,6 +106,34 @@ def test_a_table_nobody_knows_is_mapped_over_rest(client: TestClient) -> None:
     assert bad.json()["errors"][0]["field"] == "mapping.columns"
 
 
+def test_dates_that_may_be_meant_in_two_ways(client: TestClient, database: Database) -> None:
+    """One decisive row anywhere settles the order; without one nothing is stored untold."""
+    rows_ = [f"211000001,05/01/2024 00:{n // 60:02}:{n % 60:02},53.5,9.98" for n in range(300)]
+    text = "\n".join(["mmsi,time,lat,lon", *rows_])
+    seen = look(client, text.encode()).json()
+    assert seen["problem"].startswith("05/01/2024 00:00:00 may have the day or the month first")
+    mapping = seen["table"]["mapping"]
+    assert mapping["time_format"] == ""
+
+    def send(data: str, **form: str) -> Any:
+        files = {"file": ("a.csv", data.encode())}
+        return client.post("/api/v1/ais/files", files=files, data=form)
+
+    refused = [send(text), send(text, mapping=json.dumps(mapping))]
+    assert [each.status_code for each in refused] == [422, 422]
+    fields = [each.json()["errors"][0]["field"] for each in refused]
+    assert fields == ["mapping", "mapping.time_format"]
+    assert "05/01/2024" in refused[0].json()["detail"]
+    assert rows(database, AisPosition) == 0
+    told = send(text, mapping=json.dumps(mapping | {"time_format": "month_first"}))
+    assert told.json()["first"] == "2024-05-01T00:00:00Z"
+    settled = send(f"{text}\n211000001,05/13/2024 00:00:00,53.5,9.98")
+    assert (settled.json()["first"], settled.json()["last"]) == (
+        "2024-05-01T00:00:00Z",
+        "2024-05-13T00:00:00Z",
+    )
+
+
 def test_rejected_lines_of_an_archive_and_of_formulas(client: TestClient) -> None:
     """Every kind of reject is told where it stands; a spreadsheet finds no formula."""
     first, _ = encoded(VOYAGE)

@@ -111,6 +111,27 @@ def test_parts_that_overlap_store_each_fix_once(client: TestClient, database: Da
     assert (alone["positions"], alone["duplicates"]) == (0, 5)
 
 
+def test_what_is_no_recording_is_left_out_and_told(client: TestClient, database: Database) -> None:
+    """A readme, a picture and a table of something else cost nothing; all sums are the tables'."""
+    packed = {
+        "README.txt": b"Moin, this archive holds AIS.\nWith commas, too.\n",
+        "LIES, BITTE.txt": b"Antenna at Teufelsbrueck, 12 m\nnothing else\n",
+        "a.csv": table(3),
+        "map.png": b"\x89PNG\r\n\x1a\n",
+        "empty.log": b"",
+        "header.csv": table(0),
+    }
+    body = send(client, zipped(packed)).json()
+    assert body["left_out"]["count"] == 5
+    told = {each["entry"]: each["reason"] for each in body["left_out"]["first"]}
+    assert told.keys() == packed.keys() - {"a.csv"}
+    assert told["map.png"] == "this is a PNG image"
+    alone = send(client, table(3)).json()
+    assert body["format"] == "zip(csv)"
+    assert body["accounting"]["lines"] == alone["accounting"]["lines"]
+    assert row_counts(database)["ais_positions"] == 3
+
+
 @pytest.mark.parametrize("packing", ["plain", "gzip"])
 def test_all_entries_share_one_allowance(
     settings: Settings,

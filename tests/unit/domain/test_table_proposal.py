@@ -114,7 +114,7 @@ def test_a_spreadsheet_in_german() -> None:
 
 
 @pytest.mark.parametrize(
-    ("time", "wanted", "is_doubted"),
+    ("time", "wanted", "is_unsure"),
     [
         ("5/31/2024 2:05:06 PM", TimeFormat.MONTH_FIRST, False),
         ("31/05/2024 14:05:06", TimeFormat.DAY_FIRST, False),
@@ -126,12 +126,12 @@ def test_a_spreadsheet_in_german() -> None:
         ("1717164306000", TimeFormat.ISO, False),
     ],
 )
-def test_ways_to_write_a_time(time: str, wanted: TimeFormat, *, is_doubted: bool) -> None:
+def test_ways_to_write_a_time(time: str, wanted: TimeFormat, *, is_unsure: bool) -> None:
     """The way is told by the values; where they allow two, the proposal says so."""
     lines = ["mmsi,time,lat,lon", f"211000001,{time},53.5,9.98"]
     proposal = propose(lines)
     assert proposal.mapping.time_format is wanted
-    assert bool(proposal.doubts) is is_doubted
+    assert bool(proposal.unsure_date) is is_unsure
     (position,), _, _ = decode(*lines)
     assert (position.fix_time.year, position.fix_time.minute) == (2024, 5)
 
