@@ -1,50 +1,67 @@
 """Many covariances of three numbers at once, without a call for each matrix.
 
 Here n symmetric matrices are one array (3, 3, n), entry by entry: each entry of all of them lies
-together in memory, and Cholesky's triangle of all is a dozen operations on whole arrays. General
-solvers take a call a matrix, which for three numbers is nearly all of their time.
+together in memory, and their triangles (Cholesky's, without roots: L D L^T with a diagonal of ones)
+are half a dozen operations on whole arrays. General solvers take a call a matrix, which for three
+numbers is nearly all of their time.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from app.domain.arrays import FloatArray
 
 
-def lower_factor(covariances: FloatArray) -> FloatArray:
-    """Return the lower triangles (3, 3, n) whose squares are positive definite (3, 3, n)."""
-    lower = np.zeros_like(covariances)
-    lower[0, 0] = np.sqrt(covariances[0, 0])
-    lower[1:, 0] = covariances[1:, 0] / lower[0, 0]
-    lower[1, 1] = np.sqrt(covariances[1, 1] - lower[1, 0] ** 2)
-    lower[2, 1] = (covariances[2, 1] - lower[2, 0] * lower[1, 0]) / lower[1, 1]
-    lower[2, 2] = np.sqrt(covariances[2, 2] - lower[2, 0] ** 2 - lower[2, 1] ** 2)
-    return lower
+class Factors(NamedTuple):
+    """Triangles of n positive definite matrices, and the variances between them.
 
-
-def whitened(lower: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Return vectors (3, ..., n) in units in which their covariances are 1: the triangle undone."""
-    white = np.empty_like(vectors)
-    white[0] = vectors[0] / lower[0, 0]
-    white[1] = (vectors[1] - lower[1, 0] * white[0]) / lower[1, 1]
-    white[2] = (vectors[2] - lower[2, 0] * white[0] - lower[2, 1] * white[1]) / lower[2, 2]
-    return white
-
-
-def unwhitened(lower: FloatArray, white: FloatArray) -> FloatArray:
-    """Return vectors (3, ..., n) that the triangle, transposed, turns into `white`.
-
-    After `whitened` this is the product with the inverse of the squares of `lower`.
+    `first` (2, n) is the unit triangle below its first one, `second` (n,) below the second;
+    `variances` (3, n) are those left of each number when the ones before it are known.
     """
-    vectors = np.empty_like(white)
-    vectors[2] = white[2] / lower[2, 2]
-    vectors[1] = (white[1] - lower[2, 1] * vectors[2]) / lower[1, 1]
-    vectors[0] = (white[0] - lower[1, 0] * vectors[1] - lower[2, 0] * vectors[2]) / lower[0, 0]
+
+    first: FloatArray
+    second: FloatArray
+    variances: FloatArray
+
+
+def factored(covariances: FloatArray) -> Factors:
+    """Return the factors of positive definite matrices (3, 3, n)."""
+    variances = np.empty(covariances.shape[1:])
+    variances[0] = covariances[0, 0]
+    first = covariances[1:, 0] / variances[0]
+    left = covariances[1:, 1:] - first[:, None] * covariances[0, 1:]
+    variances[1] = left[0, 0]
+    second = left[1, 0] / left[0, 0]
+    np.subtract(left[1, 1], second * left[1, 0], out=variances[2])
+    return Factors(first, second, variances)
+
+
+def apart(factors: Factors, vectors: FloatArray) -> FloatArray:
+    """Return vectors (3, ..., n) as numbers that vary apart, by the factors' `variances`."""
+    free = vectors.copy()
+    first = factors.first if vectors.ndim == 2 else factors.first[:, None]
+    free[1:] -= first * free[0]
+    free[2] -= factors.second * free[1]
+    return free
+
+
+def together(factors: Factors, free: FloatArray) -> FloatArray:
+    """Return vectors (3, n) of numbers that vary apart, by the triangle transposed.
+
+    Of what `apart` gives, divided by the `variances`, this makes the product with the inverses of
+    the matrices.
+    """
+    vectors = free.copy()
+    vectors[1] -= factors.second * vectors[2]
+    vectors[0] -= (factors.first * vectors[1:]).sum(axis=0)
     return vectors
 
 
-def log_volume(lower: FloatArray) -> FloatArray:
+def log_volume(factors: Factors) -> FloatArray:
     """Return the logarithms (n,) of the covariances' determinants."""
-    return np.asarray(2 * np.log(lower[0, 0] * lower[1, 1] * lower[2, 2]))
+    one, two, three = factors.variances
+    return np.asarray(np.log(one * two * three))
 
 
 def carried(slopes: FloatArray, covariance: FloatArray) -> FloatArray:

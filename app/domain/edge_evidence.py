@@ -58,16 +58,13 @@ class EdgeShares(NamedTuple):
             ]
         )
 
-    def mixed_variances(self, variances: FloatArray) -> FloatArray:
-        """Make the variances (3, n) of the evidence of those of edges (3, n) that err apart."""
-        left, right, lower = variances
-        return np.stack(
-            [
-                self.left**2 * left + self.right**2 * right,
-                self.width**2 * (left + right),
-                self.lower**2 * lower,
-            ]
-        )
+    def weights(self) -> FloatArray:
+        """Return how much each edge (columns) has part in the evidence (rows), (3, 3, n)."""
+        weights = np.zeros((3, 3, len(self.left)))
+        weights[0, 0], weights[0, 1] = self.left, self.right
+        weights[1, 0], weights[1, 1] = -self.width, self.width
+        weights[2, 2] = self.lower
+        return weights
 
     @property
     def used(self) -> BoolArray:

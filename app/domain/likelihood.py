@@ -20,7 +20,7 @@ import numpy as np
 from app.domain.arrays import BoolArray, FloatArray, IntArray
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
-from app.domain.covariances import carried, lower_factor, whitened
+from app.domain.covariances import apart, carried, factored
 from app.domain.detection import Detection
 from app.domain.explanation import explained
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
@@ -174,15 +174,17 @@ def _shared(
         return shared, covariance
     slopes, residual = pairing.by_shared[..., taken], pairing.residual[:, taken]
     own = pairing.own_covariance[..., taken]
-    off = whitened(lower_factor(own + carried(slopes, covariance)), residual - shared @ slopes)
+    spread = factored(own + carried(slopes, covariance))
+    off = apart(spread, residual - shared @ slopes)
     counted = np.maximum(1, pairing.used[:, taken].sum(axis=0))
-    deviation = np.sqrt((off**2).sum(axis=0) / counted)
+    deviation = np.sqrt((off**2 / spread.variances).sum(axis=0) / counted)
     vessel = pairing.vessel[taken]
     weight = 1 / np.bincount(vessel)[vessel]
     weight /= np.maximum(1.0, deviation / _SUSPICIOUS_SIGMAS) ** 2
-    evidence = whitened(lower_factor(own), np.concatenate([slopes, residual[:, None]], axis=1))
-    rows = np.swapaxes(evidence * np.sqrt(weight), 0, 1).reshape(len(shared) + 1, -1)
-    told = rows @ rows.T
+    factors = factored(own)
+    evidence = apart(factors, np.concatenate([slopes, residual[:, None]], axis=1))
+    counts = weight / factors.variances
+    told = (evidence * counts[:, None] @ evidence.swapaxes(1, 2)).sum(axis=0)
     found: FloatArray = np.asarray(np.linalg.inv(prior + told[:-1, :-1]), dtype=np.float64)
     return found @ told[:-1, -1], found
 

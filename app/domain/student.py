@@ -5,7 +5,7 @@ from math import lgamma, log, pi
 import numpy as np
 
 from app.domain.arrays import FloatArray, IntArray
-from app.domain.covariances import log_volume, lower_factor, whitened
+from app.domain.covariances import apart, factored, log_volume
 
 FREEDOM = 6.0
 _CONSTANT = np.array(
@@ -21,10 +21,10 @@ def log_student(off: FloatArray, scale: FloatArray, count: IntArray) -> FloatArr
 
     `count` (n,) dimensions are counted; the others deviate by 0 and have a scale of 1.
     """
-    lower = lower_factor(scale)
-    squares = (whitened(lower, off) ** 2).sum(axis=0)
+    factors = factored(scale)
+    squares = (apart(factors, off) ** 2 / factors.variances).sum(axis=0)
     return np.asarray(
         _CONSTANT[count]
-        - log_volume(lower) / 2
+        - log_volume(factors) / 2
         - (FREEDOM + count) / 2 * np.log1p(squares / FREEDOM)
     )

@@ -18,7 +18,8 @@ from app.domain.arrays import FloatArray
 from app.domain.camera import Camera
 from app.domain.covariances import carried
 from app.domain.fusion_settings import FusionSettings
-from app.domain.shared_water import Roads, Solution, solve, times
+from app.domain.roads import Roads, times
+from app.domain.shared_water import Solution, solve
 from app.domain.sighting import BoxSigmas, Sighting, VesselBoxes
 
 # A place this unsure along its worst direction, and evidence that contradicts AIS this much.
@@ -52,7 +53,8 @@ def waterline_boxes(
 def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> VesselBoxes:
     """Raise each ship's corners from the water to the upper edge of its detection."""
     forward, port = roads.turned(solution.own[2])
-    middle = roads.middles(solution.own, solution.shared)
+    antenna = roads.antennas(solution.own, solution.shared)
+    middle = antenna + roads.ahead_m * forward + roads.aport_m * port
     along, across = _CORNERS.T[..., None] * roads.sizes[:, None] / 2
     bottom = middle[:, None] + along * forward[:, None] + across * port[:, None]
     rise = (roads.delta * roads.up).sum(axis=0)
