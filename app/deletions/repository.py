@@ -17,7 +17,7 @@ from app.tables.imagery import Image
 from app.tables.imports import ImageImport, ImportStatus
 from app.tables.live import StandingRun
 from app.tables.registration import Keypoint, Landmark
-from app.tables.runs import Run, RunStatus
+from app.tables.runs import RemovedPose, Run, RunStatus
 from app.tables.sites import Camera, Site, Viewport
 from app.tables.water import WaterLevel
 
@@ -256,8 +256,9 @@ def remove(session: Session, table: type[Any], ids: Collection[int]) -> None:
 
 
 def forget(session: Session, before: datetime) -> None:
-    """Remove the records of deletions whose rows were removed."""
+    """Remove the records of deletions whose rows were removed, and of poses taken back."""
     session.execute(sa.delete(Deletion).where(Deletion.deleted_at < before))
+    session.execute(sa.delete(RemovedPose).where(RemovedPose.removed_at < before))
 
 
 def unreferenced(session: Session, sha256s: Collection[str]) -> set[str]:

@@ -83,8 +83,10 @@ class ExportFilters(BaseModel):
     updated_since: Moment | None = Field(
         None,
         description=(
-            "Only poses that were made, judged or corrected at this time or later. NDJSON also "
-            "tells the ids of those that were deleted since or are no longer selected"
+            "Only poses whose line may have changed at this time or later: made, judged (reasons "
+            "and comments too), corrected, restored, or on a photograph whose time was corrected. "
+            "NDJSON also tells the ids of those that are gone since: deleted, made anew by their "
+            "run, or no longer selected"
         ),
     )
 

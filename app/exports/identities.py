@@ -15,8 +15,8 @@ from app.domain.pseudonyms import pseudonym
 REMAINS = (
     "Without identities a file holds no MMSI, name, call sign, comment or person. It still holds "
     "times, places, headings and sizes, photographs' SHA-256 and the names of files that tell no "
-    "vessel of the selection: whoever has an AIS archive of the same water can find vessels again "
-    "by time and place."
+    "vessel with a pose: whoever has an AIS archive of the same water can find vessels again by "
+    "time and place."
 )
 MMSI_DIGITS = 9
 SHORTEST_NAME = 3

@@ -79,7 +79,7 @@ def open_reading(
     chosen = selection.chosen(session)
     runs = repository.runs(session, np.unique(chosen.run_ids).tolist())
     corrected = filters.poses == "corrected"
-    told = _identities(session, export, runs, chosen, corrected=corrected)
+    told = _identities(session, export, runs, corrected=corrected)
     total = len(chosen.pose_ids)
     context = Context(
         session=session,
@@ -127,14 +127,20 @@ def _view(session: Session, run: Run) -> ViewRecord:
 
 
 def _identities(
-    session: Session, export: Export, runs: Sequence[Run], chosen: Chosen, *, corrected: bool
+    session: Session, export: Export, runs: Sequence[Run], *, corrected: bool
 ) -> Mapping[int, Identities]:
-    """Return by site how its vessels are told."""
+    """Return by site how its vessels are told.
+
+    No file's name tells a vessel that has a pose, selected or not: a pull of what changed says the
+    same of a photograph as a whole export.
+    """
     site_ids = {run.site_id for run in runs}
-    mmsis = set(np.unique(chosen.mmsis).tolist())
     if not export.anonymise:
         names = _published_names(session) if export.format == "bonk" else {}
         return dict.fromkeys(site_ids, Shown(names))
+    if not site_ids:
+        return {}
+    mmsis = set(record_repository.posed(session))
     if corrected:
         mmsis.update(record_repository.rematched(session))
     vessels = list(record_repository.vessel_names(session, sorted(mmsis)))

@@ -195,6 +195,16 @@ def stand_ins(session: Session) -> Sequence[tuple[int, str | None]]:
     return [(row[0], row[1]) for row in rows]
 
 
+def posed(session: Session) -> Sequence[int]:
+    """Return all vessels that have a pose, in order: from one to the next along the index."""
+    first = sa.select(sa.func.min(_poses.mmsi).label("mmsi")).cte("posed", recursive=True)
+    after = sa.select(sa.func.min(_poses.mmsi)).where(_poses.mmsi > first.c.mmsi)
+    each = first.union_all(
+        sa.select(after.correlate(first).scalar_subquery()).where(first.c.mmsi.is_not(None))
+    )
+    return session.scalars(sa.select(each.c.mmsi).where(each.c.mmsi.is_not(None))).all()
+
+
 def rematched(session: Session) -> Sequence[int]:
     """Return the vessels that people chose instead of others."""
     return session.scalars(sa.select(_corrections.mmsi).distinct()).all()

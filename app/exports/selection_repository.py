@@ -19,20 +19,28 @@ from app.exports.filters import UNGRADED, ExportFilters
 from app.exports.verdict_repository import counted_grade, pose_state, standing_review
 from app.tables.imagery import Image
 from app.tables.reviews import Correction, Review
-from app.tables.runs import Pose, Run
+from app.tables.runs import Pose, RemovedPose, Run
 
 ROWS_AT_ONCE = 20_000
 # A transaction that was under way then may have ended after what it wrote was dated.
 OVERLAP = timedelta(minutes=1)
 _poses, _runs, _images = (each.__table__.c for each in (Pose, Run, Image))
 _reviews, _corrections = Review.__table__.c, Correction.__table__.c
-_JOINED = sa.join(
-    sa.join(Pose.__table__, Run.__table__, _runs.id == _poses.run_id),
-    Image.__table__,
-    _images.id == _poses.image_id,
-)
+_removed = RemovedPose.__table__.c
 _PRESENT = (_images.deleted_at.is_(None), _runs.deleted_at.is_(None))
 Ids = npt.NDArray[np.int64]
+
+
+def _with_run_and_image(poses: sa.FromClause) -> sa.Join:
+    return sa.join(
+        sa.join(poses, Run.__table__, _runs.id == poses.c.run_id),
+        Image.__table__,
+        _images.id == poses.c.image_id,
+    )
+
+
+_JOINED = _with_run_and_image(Pose.__table__)
+_REMOVED_JOINED = _with_run_and_image(RemovedPose.__table__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +60,12 @@ class PoseSelection:
         self, filters: ExportFilters, site_ids: Sequence[int] | None, mmsi: int | None
     ) -> None:
         self._filters = filters
-        self._scope = list(_scope(filters, site_ids))
-        self._conditions = [*_PRESENT, *self._scope, *_conditions(filters, mmsi)]
+        self._site_ids = site_ids
+        self._conditions = [
+            *_PRESENT,
+            *_scope(filters, site_ids, Pose.__table__),
+            *_conditions(filters, mmsi),
+        ]
 
     def statement(self) -> sa.Select[Any]:
         """Return the query of ids, in order."""
@@ -83,17 +95,27 @@ class PoseSelection:
         if moment is None:
             return
         changed = changed_since(moment).subquery()
-        ids = session.scalars(
+        hidden = (
             sa.select(_poses.id)
             .select_from(_JOINED.join(changed, changed.c.id == _poses.id))
-            .where(*self._scope)
-            .order_by(_poses.id)
-        ).all()
+            .where(*_scope(self._filters, self._site_ids, Pose.__table__))
+        )
+        removed = (
+            sa.select(_removed.pose_id)
+            .select_from(_REMOVED_JOINED)
+            .where(
+                _removed.removed_at >= moment - OVERLAP,
+                *_scope(self._filters, self._site_ids, RemovedPose.__table__),
+            )
+        )
+        ids = [*session.scalars(hidden), *session.scalars(removed)]
         yield from np.setdiff1d(np.array(ids, np.int64), chosen.pose_ids).tolist()
 
 
 def changed_since(moment: datetime) -> sa.CompoundSelect[Any]:
     """Return the query of the poses that were made, judged, corrected or hidden since a moment.
+
+    A pose's line is made of nothing else that changes: box, match and registration stay.
 
     Each of its parts is an index's range, so that it costs what changed and not what there is.
     """
@@ -102,8 +124,10 @@ def changed_since(moment: datetime) -> sa.CompoundSelect[Any]:
     of_pose = _poses.id.label("id")
     return sa.union(
         sa.select(of_pose).where(_poses.created_at >= since),
+        sa.select(of_pose).where(_poses.changed_at >= since),
         sa.select(of_review).where(_reviews.created_at >= since),
         sa.select(of_review).where(_reviews.replaced_at >= since),
+        sa.select(of_review).where(_reviews.words_at >= since),
         sa.select(of_correction).where(_corrections.created_at >= since),
         sa.select(of_correction).where(_corrections.deleted_at >= since),
         sa.select(of_pose)
@@ -116,18 +140,18 @@ def changed_since(moment: datetime) -> sa.CompoundSelect[Any]:
 
 
 def _scope(
-    filters: ExportFilters, site_ids: Sequence[int] | None
+    filters: ExportFilters, site_ids: Sequence[int] | None, poses: sa.FromClause
 ) -> Iterator[sa.ColumnElement[bool]]:
-    """Give the conditions that hold for a pose for ever, so also for one that is deleted."""
+    """Give the conditions that hold for a pose for ever, so also for one that is gone."""
     if site_ids is not None:
         yield _runs.site_id.in_(list(site_ids))
     for column, value in (
-        (_poses.run_id, filters.run_id),
+        (poses.c.run_id, filters.run_id),
         (_runs.site_id, filters.site_id),
         (_images.camera_id, filters.camera_id),
         (_runs.viewport_id, filters.viewport_id),
-        (_poses.image_id, filters.image_id),
-        (_poses.person_made, filters.person_made),
+        (poses.c.image_id, filters.image_id),
+        (poses.c.person_made, filters.person_made),
     ):
         if value is not None:
             yield column == value

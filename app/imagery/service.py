@@ -14,7 +14,7 @@ from typing import IO
 from sqlalchemy.orm import Session
 
 from app.config import Settings
-from app.db import Database
+from app.db import Database, now
 from app.errors import FieldError, Invalid, NotFound, TooLarge
 from app.imagery import photo, repository
 from app.imagery.captured import captured_at as moment_of
@@ -141,6 +141,7 @@ def remember(session: Session, incoming: Incoming) -> tuple[Image, bool]:
         raise NotFound(sites.NO_CAMERA)
     if image.deleted_at is not None:
         image.deleted_at = image.deletion_id = None
+        image.changed_at = now()
         image.file_name = incoming.file_name
         image.captured_at = true
         image.captured_at_raw = incoming.captured_at

@@ -8,7 +8,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, joinedload
 
-from app.db import find
+from app.db import find, now
 from app.imports.preview import File
 from app.paging import Paging, fetch_page
 from app.tables.imagery import Image
@@ -26,7 +26,6 @@ _TAKEN_ANEW = (
     "viewport_id",
     "import_id",
 )
-_VISIBLE = {"deleted_at": None, "deletion_id": None}
 
 
 def get(session: Session, import_id: int) -> ImageImport | None:
@@ -251,7 +250,8 @@ def upsert_images(session: Session, rows: Sequence[Mapping[str, Any]]) -> None:
     statement = (sqlite if is_sqlite else postgresql).insert(Image)
     statement = statement.on_conflict_do_update(
         index_elements=["camera_id", "sha256"],
-        set_={name: statement.excluded[name] for name in _TAKEN_ANEW} | _VISIBLE,
+        set_={name: statement.excluded[name] for name in _TAKEN_ANEW}
+        | {"deleted_at": None, "deletion_id": None, "changed_at": now()},
         where=Image.deleted_at.is_not(None),
     )
     session.execute(statement, [dict(row) for row in rows])
@@ -272,7 +272,9 @@ def hide_images(session: Session, batch: ImageImport, moment: datetime) -> int:
     """Delete a batch's images, all at one moment; returns how many."""
     return _changed(
         session,
-        sa.update(Image).where(*_own(batch), Image.deleted_at.is_(None)).values(deleted_at=moment),
+        sa.update(Image)
+        .where(*_own(batch), Image.deleted_at.is_(None))
+        .values(deleted_at=moment, changed_at=moment),
     )
 
 
@@ -282,7 +284,7 @@ def show_images(session: Session, batch: ImageImport) -> int:
         session,
         sa.update(Image)
         .where(*_own(batch), Image.deleted_at == batch.undone_at)
-        .values(deleted_at=None),
+        .values(deleted_at=None, changed_at=now()),
     )
 
 

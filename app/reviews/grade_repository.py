@@ -76,9 +76,13 @@ def of_decision(session: Session, user_id: int, decision: str) -> Sequence[Revie
     ).all()
 
 
-def set_words(session: Session, review_ids: Collection[int], **columns: object) -> None:
+def set_words(
+    session: Session, review_ids: Collection[int], at: datetime, **columns: object
+) -> None:
     """Change the reasons or the comment of reviews."""
-    session.execute(sa.update(Review).where(Review.id.in_(review_ids)).values(**columns))
+    session.execute(
+        sa.update(Review).where(Review.id.in_(review_ids)).values(words_at=at, **columns)
+    )
 
 
 def withdraw(session: Session, review: Review, at: datetime) -> None:

@@ -136,8 +136,13 @@ def add_words(
         columns["reasons"] = list(dict.fromkeys(reasons))
     if sets_comment:
         columns["comment"] = comment or None
-    if columns:
-        repository.set_words(session, [review.id for review in reviews], **columns)
+    changed = [
+        review.id
+        for review in reviews
+        if any(getattr(review, name) != value for name, value in columns.items())
+    ]
+    if changed:
+        repository.set_words(session, changed, now(), **columns)
         session.expire_all()
     return repository.of_decision(session, user_id, decision)
 

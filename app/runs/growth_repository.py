@@ -6,6 +6,7 @@ from datetime import datetime
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+from app.runs.removal_repository import remove_poses
 from app.tables.imagery import Image
 from app.tables.reviews import Correction, ImageCompletion, MissedVessel, Review
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
@@ -68,7 +69,7 @@ def forget_outcome(session: Session, run_id: int, image_ids: Collection[int]) ->
     states = sa.select(VesselStateRow.id).where(
         VesselStateRow.run_id == run_id, VesselStateRow.image_id.in_(image_ids)
     )
-    session.execute(sa.delete(Pose).where(Pose.run_id == run_id, Pose.image_id.in_(image_ids)))
+    remove_poses(session, Pose.run_id == run_id, Pose.image_id.in_(image_ids))
     session.execute(sa.delete(Match).where(Match.vessel_state_id.in_(states)))
     session.execute(
         sa.delete(VesselStateRow).where(

@@ -9,6 +9,8 @@ from collections.abc import Collection
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+from app.db import now
+from app.runs.removal_repository import remove_poses
 from app.tables.reviews import Correction, Review
 from app.tables.runs import Match, Pose, VesselStateRow
 
@@ -26,13 +28,14 @@ def withhold(session: Session, run_id: int, image_ids: Collection[int]) -> int:
     for kept in session.scalars(poses.where(by_person)):
         if CLOCK_SUSPECT not in kept.flags:
             kept.flags = [*kept.flags, CLOCK_SUSPECT]
+            kept.changed_at = now()
     going = session.execute(
         sa.select(Pose.id, Pose.match_id, Match.vessel_state_id)
         .join(Match, Match.id == Pose.match_id)
         .where(Pose.run_id == run_id, Pose.image_id.in_(image_ids), ~by_person)
     ).all()
     session.flush()
-    session.execute(sa.delete(Pose).where(Pose.id.in_([row[0] for row in going])))
+    remove_poses(session, Pose.id.in_([row[0] for row in going]))
     session.execute(sa.delete(Match).where(Match.id.in_([row[1] for row in going])))
     session.execute(
         sa.update(VesselStateRow)

@@ -31,7 +31,7 @@ class Image(Deletable, Base):
     """A photograph of a camera; the same bytes are one image of that camera.
 
     `captured_at_raw` is the moment its source told; `captured_at` is the one all else goes by.
-    `changed_at` is when it was last deleted, brought back or given another time.
+    `changed_at` is when it was last deleted, brought back or given another time: what exports ask.
     """
 
     __tablename__ = "images"

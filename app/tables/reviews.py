@@ -36,7 +36,7 @@ class Review(Base):
     `decision` is the name the person's program gave it, so that it can be spoken of before its id
     is known; grades given in one stroke share it. `second_opinion`: another person's verdict stood
     already when it came. `settles`: given to end a disagreement. A review that is replaced or
-    withdrawn has `replaced_at`.
+    withdrawn has `replaced_at`. `words_at` is when its reasons or comment last changed.
     """
 
     __tablename__ = "reviews"
@@ -58,6 +58,7 @@ class Review(Base):
     created_at: Mapped[datetime] = mapped_column(default=now)
     replaced_at: Mapped[datetime | None]
     withdrawn_at: Mapped[datetime | None]
+    words_at: Mapped[datetime | None]
 
     user: Mapped[User | None] = relationship(lazy="joined")
 
@@ -78,6 +79,12 @@ class Review(Base):
             "replaced_at",
             sqlite_where=sa.text("replaced_at IS NOT NULL"),
             postgresql_where=sa.text("replaced_at IS NOT NULL"),
+        ),
+        sa.Index(
+            "ix_reviews_words_at",
+            "words_at",
+            sqlite_where=sa.text("words_at IS NOT NULL"),
+            postgresql_where=sa.text("words_at IS NOT NULL"),
         ),
     )
 

@@ -187,6 +187,7 @@ class Pose(Base):
 
     Rotations are Rodrigues vectors; corners are in the order of `app/domain/README.md`. A
     `person_made` one was asked for by a person who saw which vessel an unmatched detection shows.
+    Only flags may come later, at `changed_at`.
     """
 
     __tablename__ = "poses"
@@ -218,6 +219,7 @@ class Pose(Base):
     flags: Mapped[list[str]]
     person_made: Mapped[bool] = mapped_column(default=False, server_default=sa.false())
     created_at: Mapped[datetime | None] = mapped_column(default=now, index=True)
+    changed_at: Mapped[datetime | None]
 
     image: Mapped[Image] = relationship()
     match: Mapped[Match] = relationship(lazy="joined")
@@ -226,4 +228,23 @@ class Pose(Base):
     __table_args__ = (
         sa.UniqueConstraint("run_id", "image_id", "mmsi"),
         sa.Index("ix_poses_run_order", "run_id", "id"),
+        index_of_changed("poses"),
     )
+
+
+class RemovedPose(Base):
+    """A pose that a run took back, kept for 30 days so that exports can tell that it is gone.
+
+    Its id may be another pose's by now: SQLite gives the highest one out again.
+    """
+
+    __tablename__ = "removed_poses"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    pose_id: Mapped[int] = mapped_column(WideId)
+    run_id: Mapped[int] = mapped_column(sa.ForeignKey("runs.id", ondelete="CASCADE"), index=True)
+    image_id: Mapped[int] = mapped_column(
+        sa.ForeignKey("images.id", ondelete="CASCADE"), index=True
+    )
+    person_made: Mapped[bool]
+    removed_at: Mapped[datetime] = mapped_column(default=now, index=True)

@@ -10,15 +10,14 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from app.db import Database, now
-from app.deletions import service as deletions
+from app.db import Database
 from app.exports.filters import ExportFilters
 from app.exports.making import write_export
 from app.exports.selection_repository import PoseSelection
 from app.tables.exports import Export
 from app.tables.identity import User
 from app.tables.imagery import Image
-from app.tables.reviews import Correction, Grade, Review
+from app.tables.reviews import Grade, Review
 from app.tables.runs import Pose
 from tests.factories.imagery import NOON
 from tests.factories.runs import (
@@ -201,43 +200,6 @@ def test_a_day_of_all_cameras_is_in_one_part(database: Database) -> None:
     assert len(set().union(*parts.values())) > 1
 
 
-def test_only_what_changed_since_is_pulled_and_what_went_is_told(
-    database: Database, harbour: Harbour, make_user: Callable[..., User]
-) -> None:
-    """New, judged, corrected and restored poses come; what no longer fits or is there is gone."""
-    ada = make_user("reviewer")
-    past, since = now() - timedelta(days=9), now() - timedelta(days=1)
-    with database.writing() as session:
-        run = make_run(session, harbour, [3, 1, 1])
-        ids = list(session.scalars(sa.select(Pose.id).order_by(Pose.id)))
-        session.execute(sa.update(Pose).values(created_at=past))
-    pull = {"updated_since": since.isoformat()}
-    assert lines_of(database, **pull) == []
-    with database.writing() as session:
-        graded, corrected = session.get_one(Pose, ids[0]), session.get_one(Pose, ids[1])
-        make_review(session, graded, ada.id, Grade.BAD)
-        session.add(correction(corrected, 1, ada))
-        new = make_pose(
-            session, run, session.get_one(Image, harbour.images[1].id), FIRST_MMSI + 5
-        ).id
-        deletion = deletions.delete(
-            session, "image", [harbour.images[2].id], site_id=run.site_id, label="image"
-        ).id
-    assert [(line["type"], line["id"]) for line in lines_of(database, **pull)] == [
-        *(("pose", each) for each in (ids[0], ids[1], new)),
-        ("gone", ids[4]),
-    ]
-    good = lines_of(database, grade=["good"], **pull)
-    assert [(line["type"], line["id"]) for line in good] == [
-        ("gone", each) for each in sorted([ids[0], ids[1], ids[4], new])
-    ]
-    with database.writing() as session:
-        deletions.restore(session, deletions.get_deletion(session, deletion))
-        session.execute(sa.update(Review).values(replaced_at=past, created_at=past))
-        session.execute(sa.update(Correction).values(created_at=past))
-    assert sorted(selected(database, **pull)) == sorted([new, ids[4]])
-
-
 def test_a_pull_reads_indexes_and_scans_no_table(database: Database) -> None:
     """SQLite's plan searches each table that may have changed by its own index."""
     if not database.is_sqlite:
@@ -254,5 +216,6 @@ def test_a_pull_reads_indexes_and_scans_no_table(database: Database) -> None:
     steps = [row[3] for row in rows]
     tables = ("poses", "reviews", "corrections", "images", "runs")
     assert not {f"SCAN {table}" for table in tables} & {*steps}, steps
-    for index in ("ix_poses_created_at", "ix_reviews_created_at", "ix_images_changed"):
+    wanted = ("ix_poses_created_at", "ix_poses_changed", "ix_reviews_created_at")
+    for index in (*wanted, "ix_reviews_words_at", "ix_images_changed"):
         assert any(index in step for step in steps), steps
