@@ -8,6 +8,7 @@ rotation, not after it. Pixel (0, 0) is the centre of the first pixel, so the im
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -39,15 +40,20 @@ class Intrinsics:
         if self.K[0, 1] != 0 or self.K[1, 0] != 0 or (self.K[2] != (0, 0, 1)).any():
             raise ValueError("K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]: no skew")
 
-    @property
+    @cached_property
     def focal_px(self) -> FloatArray:
         """Focal lengths (fx, fy), pixels."""
-        return np.array([self.K[0, 0], self.K[1, 1]])
+        return frozen_array("focal_px", [self.K[0, 0], self.K[1, 1]], (2,))
 
-    @property
+    @cached_property
     def principal_point_px(self) -> FloatArray:
         """Principal point (cx, cy), pixels."""
-        return np.array([self.K[0, 2], self.K[1, 2]])
+        return frozen_array("principal_point_px", [self.K[0, 2], self.K[1, 2]], (2,))
+
+    @cached_property
+    def is_distorted(self) -> bool:
+        """Whether the lens bends lines."""
+        return bool(self.distortion.any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,12 +103,12 @@ class Camera:
         """
         intrinsics = self.intrinsics
         ideal = in_cam_m[:2] / np.where(in_cam_m[2] > 0, in_cam_m[2], np.nan)
-        if intrinsics.distortion.any():
+        if intrinsics.is_distorted:
             rows = distort(intrinsics.distortion, ideal.reshape(2, -1).T)
             ideal = rows.T.reshape(ideal.shape)
-        pixels = np.empty_like(ideal)
-        for axis in range(2):
-            pixels[axis] = ideal[axis] * intrinsics.K[axis, axis] + intrinsics.K[axis, 2]
+        each = (2, *[1] * (ideal.ndim - 1))
+        pixels = ideal * intrinsics.focal_px.reshape(each)
+        pixels += intrinsics.principal_point_px.reshape(each)
         return pixels
 
     def rays(self, pixels_px: npt.ArrayLike) -> FloatArray:
@@ -113,7 +119,7 @@ class Camera:
         """
         pixels = np.asarray(pixels_px, dtype=np.float64).reshape(-1, 2)
         shown = (pixels - self.intrinsics.principal_point_px) / self.intrinsics.focal_px
-        ideal = undistort(self.intrinsics.distortion, shown)
-        in_cam = np.column_stack([ideal, np.ones(len(ideal))])
-        in_cam /= np.linalg.norm(in_cam, axis=1, keepdims=True)
+        in_cam = np.ones((len(shown), 3))
+        in_cam[:, :2] = undistort(self.intrinsics.distortion, shown)
+        in_cam /= np.sqrt((in_cam * in_cam).sum(axis=1, keepdims=True))
         return in_cam @ self.R_cam_from_world

@@ -15,6 +15,8 @@ import numpy.typing as npt
 from app.domain.arrays import FloatArray
 
 _BISECTIONS = 60  # halves the bracket to the last bit of a double
+_AT_ONCE = 12  # after so many it is asked whether Newton's method may take over
+_SURE = 1e-3  # the bracket's width, in share of what is left to the end of the one-to-one range
 _NEWTON_STEPS = 12  # quadratic convergence: four are usual
 _SETTLED = 1e-13  # on the normalised plane: under 1e-9 px for any focal length in use
 
@@ -49,8 +51,12 @@ def undistort(distortion: FloatArray, points: FloatArray) -> FloatArray:
             break
         # A singular Jacobian only arises on the rim of the range, whose points are dropped below.
         jacobian = distortion_jacobian(distortion, ideal)
-        jacobian[~np.isfinite(jacobian).all(axis=(1, 2))] = np.eye(2)
-        ideal = ideal - (np.linalg.pinv(jacobian) @ miss[:, :, None])[:, :, 0]
+        ahead, aside, below = jacobian[:, 0, 0], jacobian[:, 0, 1], jacobian[:, 1, 1]
+        determinant = ahead * below - aside * aside
+        determinant[determinant == 0] = np.nan
+        step_x = (below * miss[:, 0] - aside * miss[:, 1]) / determinant
+        step_y = (ahead * miss[:, 1] - aside * miss[:, 0]) / determinant
+        ideal = ideal - np.array([step_x, step_y]).T
     # A NaN compares false, so whatever left the range on the way is dropped here too.
     settled = (np.abs(distort(distortion, ideal) - points) < 1e-11).all(axis=1)
     ideal[~settled] = np.nan
@@ -59,7 +65,7 @@ def undistort(distortion: FloatArray, points: FloatArray) -> FloatArray:
 
 def distortion_jacobian(distortion: FloatArray, points: FloatArray) -> FloatArray:
     """Differentiate the distorted by the ideal points (n, 2): (n, 2, 2), formula as it stands."""
-    k1, k2, p1, p2, k3 = distortion
+    k1, k2, p1, p2, k3 = distortion.tolist()
     x, y = points[:, 0], points[:, 1]
     r2 = x * x + y * y
     radial = _radial_factor(distortion, r2)
@@ -88,26 +94,27 @@ def _turning_radius(k1: float, k2: float, k3: float) -> float:
 
 
 def _radial_factor(distortion: FloatArray, r2: FloatArray) -> FloatArray:
-    k1, k2, _, _, k3 = distortion
+    k1, k2, _, _, k3 = distortion.tolist()
     return np.asarray(1 + r2 * (k1 + r2 * (k2 + r2 * k3)), dtype=np.float64)
 
 
 def _moved(distortion: FloatArray, points: FloatArray) -> FloatArray:
     """Apply OpenCV's formula, wherever it leads."""
-    _, _, p1, p2, _ = distortion
+    _, _, p1, p2, _ = distortion.tolist()
     x, y = points[:, 0], points[:, 1]
     r2 = x * x + y * y
     radial = _radial_factor(distortion, r2)
-    return np.column_stack(
-        [
-            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
-        ]
-    )
+    moved: FloatArray = np.empty_like(points)
+    moved[:, 0] = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+    moved[:, 1] = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+    return moved
 
 
 def _radial_start(distortion: FloatArray, points: FloatArray) -> FloatArray:
-    """Undo the radial part alone by bisection, (n, 2)."""
+    """Undo the radial part alone by bisection, (n, 2): near enough for Newton's method at least.
+
+    Far from the end of the one-to-one range a narrow bracket is enough, near it the last bit counts.
+    """
     shown = np.hypot(points[:, 0], points[:, 1])
 
     def grown(radius: FloatArray) -> npt.NDArray[np.bool_]:
@@ -119,7 +126,10 @@ def _radial_start(distortion: FloatArray, points: FloatArray) -> FloatArray:
     if not np.isfinite(limit):
         while not (reached := grown(high) | ~np.isfinite(shown)).all():
             high = np.where(reached, high, 2 * high)
-    for _ in range(_BISECTIONS):
+    for done in range(_BISECTIONS):
+        room = limit - high if np.isfinite(limit) else high
+        if done % _AT_ONCE == 0 and not (high - low > _SURE * room).any():
+            break
         middle = (low + high) / 2
         above = grown(middle)
         low, high = np.where(above, low, middle), np.where(above, middle, high)

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from app.domain.arrays import FloatArray
 from app.domain.camera import Camera
-from app.domain.correction import edge_normals
+from app.domain.correction import cross, edge_normals
 from app.domain.detection import HALF_PIXEL
 from app.domain.edge_evidence import ANY_OUTLINE, EdgeShares, edge_variance_px2
 from app.domain.fusion_settings import FusionSettings
@@ -84,7 +84,7 @@ class Roads:
         self.ahead_m, self.aport_m = (before - behind) / 2
         away = plane.corners_in_world.mean(axis=1).T - self.center_in_world
         self.range_m = np.sqrt((away**2).sum(axis=0))
-        right = np.cross(away, self.up, axis=0)
+        right = cross(away.T, plane.vessel_axes_in_world[:, 2]).T
         self.right = right / np.sqrt((right**2).sum(axis=0))
         # How far a ship lies to the right of the camera's axis: a roll lifts it by as much.
         self.aside_m = camera.R_cam_from_world[0] @ away

@@ -43,13 +43,13 @@ class WaterPlane:
                 np.array([s.enu_axes_in_world for s in segments]).reshape(-1, 3, 3),
             )
         (plane,) = planes.values()
-        rows = [segment.row for segment in segments]
+        rows = np.array([segment.row for segment in segments])
         return cls(
-            plane.reported_corners_in_world[rows],
-            plane.corners_in_world[rows],
-            plane.antenna_in_world[rows],
-            plane.vessel_axes_in_world[rows],
-            plane.enu_axes_in_world[rows],
+            plane.reported_corners_in_world.take(rows, axis=0),
+            plane.corners_in_world.take(rows, axis=0),
+            plane.antenna_in_world.take(rows, axis=0),
+            plane.vessel_axes_in_world.take(rows, axis=0),
+            plane.enu_axes_in_world.take(rows, axis=0),
         )
 
 
@@ -134,8 +134,8 @@ def water_plane(
     east, north, up = enu_axes[:, 0], enu_axes[:, 1], enu_axes[:, 2]
     forward, port = sin * east + cos * north, sin * north - cos * east
     bow, stern, left, right = numbers[:, 4:].T
-    along = np.stack([bow, bow, -stern, -stern], axis=1)
-    aside = np.stack([left, -right, -right, left], axis=1)
+    along = np.array([bow, bow, -stern, -stern]).T
+    aside = np.array([left, -right, -right, left]).T
     reported = (
         antennas[:, None] + along[..., None] * forward[:, None] + aside[..., None] * (port[:, None])
     )
@@ -144,6 +144,6 @@ def water_plane(
         reported_corners_in_world=reported,
         corners_in_world=reported + travelled[:, None],
         antenna_in_world=antennas + travelled,
-        vessel_axes_in_world=np.stack([forward, port, up], axis=1),
+        vessel_axes_in_world=np.concatenate([forward, port, up], axis=1).reshape(-1, 3, 3),
         enu_axes_in_world=enu_axes,
     )
