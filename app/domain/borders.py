@@ -5,8 +5,8 @@ vessel. Matching then stops comparing widths and correction drops the plane of t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import hypot
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,7 @@ from app.domain.detection import Detection
 _NEAR_SIGMAS, _EDGE_SHARE, _HULL_SHARE = 3.0, 0.012, 0.15
 
 
-@dataclass(frozen=True, slots=True)
-class CutEdges:
+class CutEdges(NamedTuple):
     """The borders of the image that a detection touches."""
 
     left: bool
@@ -62,6 +61,8 @@ def cut_like(
     x1, _, x2, y2 = expected_px
     is_narrow = x2 - x1 - width_px > max(aside_px, _HULL_SHARE * (x2 - x1))
     is_high = y2 - intrinsics.height_px > below_px
+    if not (is_narrow or is_high):
+        return cut
     aside = cut_edges(detection, intrinsics, aside_px)
     return CutEdges(
         left=cut.left or (is_narrow and aside.left),
@@ -79,7 +80,7 @@ def cut_sides(
     `edges_px` are x1, y1, x2 and y2, each (...).
     """
     x1, y1, x2, y2 = edges_px
-    return np.stack(
+    return np.array(
         [
             x1 <= tolerance_px,
             y1 <= tolerance_px,

@@ -6,9 +6,9 @@ only take a detection away from another vessel. What is refused here is refused 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,8 +35,7 @@ class UnmatchedReason(StrEnum):
     SIZE_UNKNOWN = "size_unknown"  # matched by position, but all dimensions are 0: no box
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
+class Candidate(NamedTuple):
     """A vessel that may be in the picture, with its plane segment and WP_ais (x1, y1, x2, y2)."""
 
     state_index: int
@@ -107,7 +106,7 @@ def candidate_or_reason(
 ) -> Candidate | UnmatchedReason:
     """Place one vessel state in the image, or say why it cannot be there."""
     ((placed,),) = candidates_or_reasons([[state]], camera, frame, [water_level_m], settings)
-    return replace(placed, state_index=index) if isinstance(placed, Candidate) else placed
+    return placed._replace(state_index=index) if isinstance(placed, Candidate) else placed
 
 
 def _unusable(state: VesselState, settings: FusionSettings) -> UnmatchedReason | None:

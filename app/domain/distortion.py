@@ -113,7 +113,7 @@ def _moved(distortion: FloatArray, points: FloatArray) -> FloatArray:
 def _radial_start(distortion: FloatArray, points: FloatArray) -> FloatArray:
     """Undo the radial part alone by bisection, (n, 2): near enough for Newton's method at least.
 
-    Far from the end of the one-to-one range a narrow bracket is enough, near it the last bit counts.
+    Far from the end of the one-to-one range a narrow bracket is enough, near it every bit counts.
     """
     shown = np.hypot(points[:, 0], points[:, 1])
 

@@ -50,13 +50,11 @@ class EdgeShares(NamedTuple):
     def mixed(self, edges: FloatArray) -> FloatArray:
         """Make middle, width and lower edge (3, ..., n) of what edges (3, ..., n) have."""
         left, right, lower = edges
-        return np.stack(
-            [
-                self.left * left + self.right * right,
-                self.width * (right - left),
-                self.lower * lower,
-            ]
-        )
+        mixed = np.empty_like(edges)
+        mixed[0] = self.left * left + self.right * right
+        mixed[1] = self.width * (right - left)
+        mixed[2] = self.lower * lower
+        return mixed
 
     def weights(self) -> FloatArray:
         """Return how much each edge (columns) has part in the evidence (rows), (3, 3, n)."""
@@ -69,7 +67,7 @@ class EdgeShares(NamedTuple):
     @property
     def used(self) -> BoolArray:
         """Which of middle, width and lower edge count, (3, n)."""
-        return np.stack([self.left + self.right > 0, self.width > 0, self.lower > 0])
+        return np.array([self.left + self.right > 0, self.width > 0, self.lower > 0])
 
 
 def edge_variance_px2(
@@ -88,4 +86,4 @@ def edge_variance_px2(
         edge / 2 + (misfit.middle * width) ** 2,
     )
     lower = (misfit.lower * height) ** 2 + (misfit.lower_edge_m * px_per_m) ** 2
-    return np.stack([middle, 2 * edge + (misfit.width * width) ** 2, edge + lower])
+    return np.array([middle, 2 * edge + (misfit.width * width) ** 2, edge + lower])

@@ -4,6 +4,8 @@ A box shows a vessel with AIS or none, a vessel is detected or not: a pair is ma
 more probable than both being left alone, and no detection is in two pairs.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from app.domain.arrays import FloatArray, IntArray
@@ -18,8 +20,7 @@ def explained(pairing: PairEvidence, worth: FloatArray) -> IntArray:
     `worth` (p,) are the log odds of each pair against both of its ends being left alone.
     """
     taken = []
-    ends = np.flatnonzero(np.diff(pairing.scene, append=-1)) + 1
-    for first, last in zip([0, *ends[:-1]], ends, strict=True):
+    for first, last in pairwise(pairing.bounds):
         # A pair is worth making where it beats both of its ends being left alone.
         good = first + np.flatnonzero(worth[first:last] > 0)
         if len(good):
@@ -56,7 +57,8 @@ def _cheapest(pairing: PairEvidence, worth: FloatArray, good: IntArray) -> IntAr
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - keeps the web process small
 
     # The boxes of an image stand together.
-    row, column = pairing.row[good] - pairing.row[good].min(), pairing.candidate[good]
+    row, column = pairing.row[good], pairing.candidate[good]
+    row -= row.min()
     matrix = np.zeros((row.max() + 1, column.max() + 1))
     matrix[row, column] = -worth[good]
     number = np.full(matrix.shape, -1)

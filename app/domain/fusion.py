@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)  # not frozen: of 21 fields that would take most of the time to make one
 class FusedPose:
     """The 3D box of one vessel.
 
@@ -197,19 +197,20 @@ def _poses(camera: Camera, pairs: Sequence[Sighting], boxes: VesselBoxes) -> lis
         axis=1,
     )
     pixels = np.ascontiguousarray(camera.project(points)).reshape(*points.shape[:2], 2)
-    centroids = points[:, :8].mean(axis=1)
+    centroids = points[:, :8].sum(axis=1) / 8
     # A vessel's axes are the columns of the rotation from its frame.
-    axes = np.swapaxes(boxes.vessel_axes_in_world, 1, 2)
-    shifts = (bottom - plane.corners_in_world).mean(axis=1)
-    placed = zip(
+    axes = boxes.vessel_axes_in_world.swapaxes(1, 2)
+    shifts = (bottom - plane.corners_in_world).sum(axis=1) / 4
+    placed = map(
+        _Placed,
         *(points[:, :8], centroids, camera.to_cam(centroids)),
         rotvecs_from_matrices(camera.R_cam_from_world @ axes),
         (plane.enu_axes_in_world @ shifts[..., None])[..., 0],
         *(boxes.heading_deg.tolist(), boxes.height_m.tolist(), boxes.water_level_m.tolist()),
-        *(pixels, _sigmas(boxes), boxes.doubts),
-        strict=True,
+        *(pixels[:, :4], pixels[:, :8], pixels[:, 8:12], pixels[:, 12:]),
+        *(_sigmas(boxes), boxes.doubts),
     )
-    return [_pose(pair, _Placed(*rows)) for pair, rows in zip(pairs, placed, strict=True)]
+    return [_pose(pair, one) for pair, one in zip(pairs, placed, strict=True)]
 
 
 def _sigmas(boxes: VesselBoxes) -> list[tuple[FloatArray | None, float | None, float | None]]:
@@ -230,8 +231,9 @@ def _sigmas(boxes: VesselBoxes) -> list[tuple[FloatArray | None, float | None, f
 class _Placed(NamedTuple):
     """A box's corners (8, 3) and their mean (3,) in the world, the latter in the camera too.
 
-    `rotvec` (3,) is the vessel's in the camera, `shift_in_enu` (3,) the correction; `pixels`
-    (16, 2) are those of its corners, of the reported and of the dead-reckoned segment.
+    `rotvec` (3,) is the vessel's in the camera, `shift_in_enu` (3,) the correction. Pixels are
+    those of its bottom (4, 2), of all its corners (8, 2), of the reported and of the dead-reckoned
+    segment (4, 2).
     """
 
     corners: FloatArray
@@ -242,13 +244,16 @@ class _Placed(NamedTuple):
     heading_deg: float
     height_m: float
     water_level_m: float
-    pixels: FloatArray
+    bottom_px: FloatArray
+    corners_px: FloatArray
+    reported_px: FloatArray
+    dead_reckoned_px: FloatArray
     sigmas: tuple[FloatArray | None, float | None, float | None]
     doubts: Sequence[str]
 
 
 def _pose(pair: Sighting, placed: _Placed) -> FusedPose:
-    candidate, pixels = pair.candidate, placed.pixels
+    candidate = pair.candidate
     covariance, heading_sigma_deg, height_sigma_m = placed.sigmas
     return FusedPose(
         detection_index=pair.detection_index,
@@ -267,10 +272,10 @@ def _pose(pair: Sighting, placed: _Placed) -> FusedPose:
         heading_sigma_deg=heading_sigma_deg,
         height_sigma_m=height_sigma_m,
         corners_in_world=placed.corners,
-        corners_in_image_px=pixels[:8],
-        segment_reported_px=pixels[8:12],
-        segment_dead_reckoned_px=pixels[12:],
-        segment_corrected_px=pixels[:4],
+        corners_in_image_px=placed.corners_px,
+        segment_reported_px=placed.reported_px,
+        segment_dead_reckoned_px=placed.dead_reckoned_px,
+        segment_corrected_px=placed.bottom_px,
         correction_in_enu_m=placed.shift_in_enu,
         flags=pose_flags(pair.cut, candidate.state, placed.height_m, placed.doubts),
     )

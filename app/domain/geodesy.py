@@ -96,8 +96,9 @@ class EcefFrame:
         sin_lat, cos_lat, sin_lon, cos_lon = np.sin(lat), np.cos(lat), np.sin(lon), np.cos(lon)
         axes = np.zeros((len(lat), 3, 3))
         axes[:, 0, 0], axes[:, 0, 1] = -sin_lon, cos_lon
-        axes[:, 1, 0], axes[:, 1, 1], axes[:, 1, 2] = -sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat
-        axes[:, 2, 0], axes[:, 2, 1], axes[:, 2, 2] = cos_lat * cos_lon, cos_lat * sin_lon, sin_lat
+        axes[:, 1, 0], axes[:, 1, 1] = -sin_lat * cos_lon, -sin_lat * sin_lon
+        axes[:, 2, 0], axes[:, 2, 1] = cos_lat * cos_lon, cos_lat * sin_lon
+        axes[:, 1, 2], axes[:, 2, 2] = cos_lat, sin_lat
         # The radius across the meridian: from the ellipsoid to the axis of the earth.
         across_m = _WGS84_RADIUS_M / np.sqrt(1 - _WGS84_E2 * sin_lat**2)
         positions = (across_m + height_m)[:, None] * axes[:, 2]

@@ -76,8 +76,8 @@ def _edges(
     """
     to_cam = camera.R_cam_from_world.T
     middle = (away_m @ to_cam).T
-    forward, port, up = np.moveaxis(plane.vessel_axes_in_world @ to_cam, 0, 2)
-    east, north, _ = np.moveaxis(plane.enu_axes_in_world @ to_cam, 0, 2)
+    forward, port, up = (plane.vessel_axes_in_world @ to_cam).transpose(1, 2, 0)
+    east, north, _ = (plane.enu_axes_in_world @ to_cam).transpose(1, 2, 0)
     outline = unit_outline()
     bow, stern, left, right = np.array(
         [(s.to_bow_m, s.to_stern_m, s.to_port_m, s.to_starboard_m) for s in states]
@@ -95,7 +95,7 @@ def _edges(
     hulls[:, 3] = still + _STEP_RAD * clockwise
     hulls[:, 4] = still + _STEP_M * up[:, None]
     x_px, y_px = camera.shown(hulls)
-    return np.stack([x_px.min(axis=1), x_px.max(axis=1), y_px.max(axis=1)])
+    return np.array([x_px.min(axis=1), x_px.max(axis=1), y_px.max(axis=1)])
 
 
 def state_covariances(states: Sequence[VesselState]) -> FloatArray:

@@ -14,13 +14,14 @@ left of a lower edge's error is then small, and the order of ranges tells vessel
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import radians
+from typing import NamedTuple
 
 import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray, IntArray
 from app.domain.camera import Camera
 from app.domain.candidates import Candidate
-from app.domain.covariances import apart, carried, factored
+from app.domain.covariances import apart, carried, factored, inverse
 from app.domain.detection import Detection
 from app.domain.explanation import explained
 from app.domain.fusion_settings import FusionSettings, MatchingMethod
@@ -36,8 +37,7 @@ _SUSPICIOUS_SIGMAS = 2.0
 _MOSTLY = 0.5
 
 
-@dataclass(frozen=True, slots=True)
-class Odds:
+class Odds(NamedTuple):
     """Why a detection is taken for a vessel: log odds against "no AIS" and "not detected".
 
     The deviations of middle, width and lower edge are in sigmas of what was expected, None where
@@ -67,8 +67,7 @@ class Odds:
         return {name: value for name, value in terms.items() if value is not None}
 
 
-@dataclass(frozen=True, slots=True)
-class LikelyPair:
+class LikelyPair(NamedTuple):
     """A detection and a candidate of an image (positions in the lists given), with their odds.
 
     `box` is the detection's own, or that around all hulls of a unit, of which `detection` is the
@@ -98,12 +97,13 @@ def match_by_likelihood(
         return chosen
     rotation = radians(settings.rotation_sigma_deg)
     prior = np.diag([settings.level_sigma_m, rotation, rotation]) ** 2
+    information = np.diag(1 / prior.diagonal())
     shared, covariance = np.zeros(3), prior
     for _ in range(ROUNDS):
         judged = _judge(pairing, shared, covariance)
         worth = judged.gain + pairing.prior
         taken = explained(pairing, worth)
-        shared, covariance = _shared(pairing, taken, shared, covariance, np.linalg.inv(prior))
+        shared, covariance = _shared(pairing, taken, shared, covariance, information)
     if settings.matching is MatchingMethod.TRACK_VOTES and times_s is not None:
         worth, allowed = _voted(pairing, worth, times_s, settings)
         taken = explained(pairing, np.where(allowed, worth, -np.inf))
@@ -142,21 +142,27 @@ def _in_better_unit(pairing: PairEvidence, worth: FloatArray) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """Log likelihood ratios (p,) against the background, and deviations (3, p) in sigmas."""
+    """Log likelihood ratios (p,) against the background.
+
+    `off` (3, p) are deviations, whose variances are the diagonals of `expected` (3, 3, p).
+    """
 
     gain: FloatArray
-    sigmas: FloatArray
+    off: FloatArray
+    expected: FloatArray
+
+    def sigmas(self, taken: IntArray) -> FloatArray:
+        """Return by how many sigmas (3, t) some pairs deviate."""
+        variances = np.einsum("iin->in", self.expected).take(taken, axis=1)
+        return np.asarray(np.abs(self.off.take(taken, axis=1)) / np.sqrt(variances))
 
 
 def _judge(pairing: PairEvidence, shared: FloatArray, covariance: FloatArray) -> _Judged:
     """Compare the evidence of all pairs with what AIS and the shared unknowns lead to expect."""
     expected = pairing.own_covariance + carried(pairing.by_shared, covariance)
     off = pairing.residual - shared @ pairing.by_shared
-    density = log_student(off, expected, pairing.used.sum(axis=0))
-    return _Judged(
-        gain=density - pairing.background,
-        sigmas=off / np.sqrt(expected[range(3), range(3)]),
-    )
+    density = log_student(off, expected, pairing.counted)
+    return _Judged(density - pairing.background, off, expected)
 
 
 def _shared(
@@ -172,11 +178,12 @@ def _shared(
     """
     if not len(taken):
         return shared, covariance
-    slopes, residual = pairing.by_shared[..., taken], pairing.residual[:, taken]
-    own = pairing.own_covariance[..., taken]
+    slopes = pairing.by_shared.take(taken, axis=2)
+    residual = pairing.residual.take(taken, axis=1)
+    own = pairing.own_covariance.take(taken, axis=2)
     spread = factored(own + carried(slopes, covariance))
     off = apart(spread, residual - shared @ slopes)
-    counted = np.maximum(1, pairing.used[:, taken].sum(axis=0))
+    counted = np.maximum(1, pairing.counted[taken])
     deviation = np.sqrt((off**2 / spread.variances).sum(axis=0) / counted)
     vessel = pairing.vessel[taken]
     weight = 1 / np.bincount(vessel)[vessel]
@@ -185,7 +192,7 @@ def _shared(
     evidence = apart(factors, np.concatenate([slopes, residual[:, None]], axis=1))
     counts = weight / factors.variances
     told = (evidence * counts[:, None] @ evidence.swapaxes(1, 2)).sum(axis=0)
-    found: FloatArray = np.asarray(np.linalg.inv(prior + told[:-1, :-1]), dtype=np.float64)
+    found = inverse(prior + told[:-1, :-1])
     return found @ told[:-1, -1], found
 
 
@@ -204,7 +211,7 @@ def _odds(
     for log_odds, probability, sigmas, used in zip(
         worth[taken].tolist(),
         _probabilities(pairing, worth, taken).tolist(),
-        np.abs(judged.sigmas[:, taken]).T.tolist(),
+        judged.sigmas(taken).T.tolist(),
         pairing.used[:, taken].T.tolist(),
         strict=True,
     ):

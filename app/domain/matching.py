@@ -7,7 +7,7 @@ assignment of all pairs is taken as a whole, and only then are pairs above a max
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,7 @@ from app.domain.fusion_settings import FusionSettings
 _IMPOSSIBLE = 1e9
 
 
-@dataclass(frozen=True, slots=True)
-class Cost:
+class Cost(NamedTuple):
     """The paper's theta of one pair with its terms: shares of the image's width or height.
 
     `width` is None where widths are not compared.
@@ -46,8 +45,7 @@ class Cost:
         return terms if self.width is None else {**terms, "width": self.width}
 
 
-@dataclass(frozen=True, slots=True)
-class Pair:
+class Pair(NamedTuple):
     """A detection and a candidate (positions in the lists given), with their cost."""
 
     detection: int

@@ -20,6 +20,7 @@ from app.domain.priors import Priors, logit
 from app.domain.seen_boxes import Scene, SeenBoxes
 
 _HOPELESS_SIGMAS = 10.0
+_OUTWARDS = np.array([[-1.0], [1.0], [1.0]])  # of left, right and lower edge
 _ODDS_OF_UNIT = log(0.05)  # that boxes side by side are one unit
 
 
@@ -27,15 +28,17 @@ _ODDS_OF_UNIT = log(0.05)  # that boxes side by side are one unit
 class PairEvidence:
     """All p pairs worth a thought: where each belongs, and its evidence in pixels.
 
+    Those of an image stand together, `bounds` are where one image's end and another's begin.
     `row` (p,) counts the boxes of all images, `vessel` (p,) the vessels, `prior` (p,) is the log
     odds of the pair before looking. Evidence (3, p) are middle, width and lower edge, `used` (3, p)
-    which of them count; `own_covariance` (3, 3, p) is that of AIS state, hull and detection
-    together, `by_shared` (3, 3, p) the slopes by water level, pitch and yaw, `background` (p,) the
-    log density of the evidence where the detection is no vessel with AIS.
+    which of them count, `counted` (p,) how many; `own_covariance` (3, 3, p) is that of AIS state,
+    hull and detection together, `by_shared` (3, 3, p) the slopes by water level, pitch and yaw,
+    `background` (p,) the log density of the evidence where the detection is no vessel with AIS.
     """
 
     boxes: SeenBoxes
     scene: IntArray
+    bounds: Sequence[int]
     row: IntArray
     candidate: IntArray
     vessel: IntArray
@@ -45,6 +48,7 @@ class PairEvidence:
     by_shared: FloatArray
     background: FloatArray
     prior: FloatArray
+    counted: IntArray
 
     @classmethod
     def of(
@@ -64,24 +68,31 @@ class PairEvidence:
             return None
         shares = _shares(boxes, hulls, row, column)
         used = shares.used
-        own = shares.mixed(np.swapaxes(shares.mixed(hulls.covariance_px2[..., column]), 0, 1))
+        half = shares.mixed(hulls.covariance_px2.take(column, axis=2))
+        own = shares.mixed(half.swapaxes(0, 1))
         # What does not count is expected exactly: it changes neither distances nor volumes.
-        own[range(3), range(3)] += np.where(used, boxes.variance(hulls, row, column), 1.0)
+        of_each = np.einsum("iin->in", own)
+        of_each += np.where(used, boxes.variance(hulls, row, column), 1.0)
+        scene = boxes.scene[row]
         place = np.concatenate([np.arange(count) for count in counts])
         numbers: dict[str, int] = {}
         vessel = [numbers.setdefault(c.state.identifier, len(numbers)) for c in candidates]
         return cls(
             boxes=boxes,
-            scene=boxes.scene[row],
+            scene=scene,
+            bounds=[0, *(np.flatnonzero(scene[1:] != scene[:-1]) + 1).tolist(), len(scene)],
             row=row,
             candidate=place[column],
             vessel=np.array(vessel)[column],
-            residual=shares.mixed(boxes.edges_px[:, row] - hulls.edges_px[:, column]),
+            residual=shares.mixed(
+                boxes.edges_px.take(row, axis=1) - hulls.edges_px.take(column, axis=1)
+            ),
             used=used,
             own_covariance=own,
-            by_shared=shares.mixed(hulls.by_shared[..., column]),
+            by_shared=shares.mixed(hulls.by_shared.take(column, axis=2)),
             background=boxes.background(camera, row, used),
             prior=_odds_before_looking(boxes, settings)[row],
+            counted=used.sum(axis=0),
         )
 
 
@@ -89,7 +100,7 @@ def _near(
     boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray, rotation_sigma_deg: float
 ) -> BoolArray:
     """Return which pairs (p,) overlap sideways within ten sigmas: the others are hopeless."""
-    sigma = np.sqrt(hulls.covariance_px2[range(2), range(2)])
+    sigma = np.sqrt(np.einsum("iin->in", hulls.covariance_px2)[:2])
     turn = radians(rotation_sigma_deg) * hulls.by_shared[0, 2, 0]
     reach = _HOPELESS_SIGMAS * (sigma + turn + boxes.edge_sigma_px)
     # A hull beyond the lens's range has no edges, which is near nothing.
@@ -107,9 +118,9 @@ def _shares(boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray)
     A detection cut by the border says nothing of that edge if the hull goes on beyond it; a hull
     that should end inside of the image contradicts it.
     """
-    outwards = np.array([[-1.0], [1.0], [1.0]])
-    beyond = (hulls.edges_px[:, column] - boxes.edges_px[:, row]) * outwards >= 0
-    return EdgeShares.of(~(boxes.cut[:, row] & beyond), hulls.has_size[column])
+    outside = hulls.edges_px.take(column, axis=1) - boxes.edges_px.take(row, axis=1)
+    beyond = outside * _OUTWARDS >= 0
+    return EdgeShares.of(~(boxes.cut.take(row, axis=1) & beyond), hulls.has_size[column])
 
 
 def _odds_before_looking(boxes: SeenBoxes, settings: FusionSettings) -> FloatArray:

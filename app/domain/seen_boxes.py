@@ -6,6 +6,7 @@ explained like any other, only that no detection can be part of two explanations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from math import log
 
 import numpy as np
@@ -88,11 +89,11 @@ class SeenBoxes:
         return cls(
             all=every,
             scene=np.repeat(np.arange(len(scenes)), counts),
-            first=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
+            first=np.array(list(accumulate(counts, initial=0)), dtype=np.intp),
             members=members,
-            edges_px=np.stack([x1, x2, y2]) - HALF_PIXEL,
-            size_px=np.stack([x2 - x1, y2 - y1]),
-            cut=cut[[0, 2, 3]],
+            edges_px=np.array([x1, x2, y2]) - HALF_PIXEL,
+            size_px=np.array([x2 - x1, y2 - y1]),
+            cut=cut.take([0, 2, 3], axis=0),
             is_unit=np.array([len(hulls) > 1 for hulls in members], dtype=bool),
             parts=parts,
             edge_sigma_px=settings.box_sigma_px,
@@ -127,7 +128,7 @@ class SeenBoxes:
     def variance(self, hulls: HullEdges, row: IntArray, column: IntArray) -> FloatArray:
         """Return the variances (3, p) of middle, width and lower edge, px^2."""
         one_side = self.cut[0, row] | self.cut[1, row]
-        size_px = self.size_px[:, row]
+        size_px = self.size_px.take(row, axis=1)
         variance = edge_variance_px2(self.edge_sigma_px, size_px, hulls.px_per_m[column], one_side)
         unsized = ~hulls.has_size[column]
         variance[0, unsized] += (_UNKNOWN_SIZE_SHARE * size_px[0, unsized]) ** 2

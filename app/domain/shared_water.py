@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.domain.arrays import FloatArray
-from app.domain.covariances import Factors, apart, carried, factored, together
+from app.domain.covariances import Factors, apart, carried, factored, inverse, together
 from app.domain.roads import SHARED, Roads, Touching, times
 
 ROUNDS = 5
@@ -79,7 +79,7 @@ def solve(roads: Roads) -> Solution:
         trust = roads.share / np.maximum(1.0, deviation / _SUSPICIOUS) ** 2
         told = (free * (trust / factors.variances)[:, None] @ free.swapaxes(1, 2)).sum(axis=0)
         prior = np.diag(_eased(roads.shared_prior, shared))
-        of_shared = np.asarray(np.linalg.inv(prior + told[:SHARED, :SHARED]), dtype=np.float64)
+        of_shared = inverse(prior + told[:SHARED, :SHARED])
         shared = -(of_shared @ told[:SHARED, SHARED])
         off = (free[:, SHARED] + shared @ free[:, :SHARED]) / factors.variances
         off = together(factors, off)

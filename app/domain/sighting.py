@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.domain.arrays import FloatArray
 from app.domain.borders import CutEdges
@@ -27,8 +28,7 @@ class SeenImage:
     at_s: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Sighting:
+class Sighting(NamedTuple):
     """A vessel and the detection it belongs to, on an image whose given water level is known.
 
     `cut` says which edges of the detection are the image's border.

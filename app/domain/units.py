@@ -37,10 +37,11 @@ def rows_of_hulls(
 
     `after` (n, n) tells which is the next hull of which, as `side_by_side` has it.
     """
-    for first in np.flatnonzero(after.any(axis=1)):
-        row = [int(first)]
-        while len(row) < MOST_HULLS and after[row[-1]].any():
-            row.append(int(np.argmax(after[row[-1]])))
+    following: list[int] = np.where(after.any(axis=1), after.argmax(axis=1), -1).tolist()
+    for first in range(len(detections)):
+        row = [first]
+        while len(row) < MOST_HULLS and following[row[-1]] >= 0:
+            row.append(following[row[-1]])
             yield _around([detections[i] for i in row]), tuple(row)
 
 
@@ -49,7 +50,7 @@ def side_by_side(boxes_px: FloatArray) -> BoolArray:
 
     Boxes (..., n, 4) are those of one image, or of several; a box of NaN is none.
     """
-    x1, y1, x2, y2 = np.moveaxis(boxes_px, -1, 0)[..., None, :]
+    x1, y1, x2, y2 = _columns(boxes_px)
     wide, high = x2 - x1, y2 - y1
     gap = x1 - _rows(x2)
     low = np.minimum(_rows(high), high)
@@ -63,9 +64,14 @@ def side_by_side(boxes_px: FloatArray) -> BoolArray:
     )
 
 
+def _columns(boxes_px: FloatArray) -> Iterator[FloatArray]:
+    """Yield each edge (..., 1, n) of boxes (..., n, 4)."""
+    return (boxes_px[..., None, :, edge] for edge in range(4))
+
+
 def _rows(columns: FloatArray) -> FloatArray:
     """Return values of columns (..., 1, n) as those of rows (..., n, 1)."""
-    return np.swapaxes(columns, -1, -2)
+    return columns.swapaxes(-1, -2)
 
 
 def _around(hulls: Sequence[Detection]) -> Detection:
@@ -84,7 +90,7 @@ def parts_of(boxes_px: FloatArray) -> BoolArray:
 
     Boxes (..., n, 4) as for `side_by_side`.
     """
-    x1, y1, x2, y2 = np.moveaxis(boxes_px, -1, 0)[..., None, :]
+    x1, y1, x2, y2 = _columns(boxes_px)
     wide, high = x2 - x1, y2 - y1
     across = np.minimum(_rows(x2), x2) - np.maximum(_rows(x1), x1)
     down = np.minimum(_rows(y2), y2) - np.maximum(_rows(y1), y1)

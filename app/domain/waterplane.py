@@ -10,6 +10,7 @@ the world frame with the axes of the reported antenna position, as in the publis
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, radians, sin
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,8 +54,7 @@ class WaterPlane:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WaterPlaneSegment:
+class WaterPlaneSegment(NamedTuple):
     """Four corners on the water (4, 3): bow-port, bow-starboard, stern-starboard, stern-port.
 
     `reported_corners_in_world` stand where the report was sent, `corners_in_world` where dead
