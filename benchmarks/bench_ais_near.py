@@ -46,7 +46,7 @@ _WARM_UP = 20
 POSITIONS = """
 INSERT INTO ais_positions (mmsi, fix_time, received_at, lat_deg, lon_deg, sog_kn, cog_deg,
     heading_deg, message_type, ais_class, high_accuracy, fix_time_source, cell)
-SELECT 211000000 + vessel, {moment}, {moment}, lat, lon, n % 200 / 10.0, n % 3600 / 10.0,
+SELECT 211000000 + vessel, {fix}, {fix}, lat, lon, n % 200 / 10.0, n % 3600 / 10.0,
     n % 360, 1, 'A', {true}, 'prompt', {cell}
 FROM (
     SELECT n, vessel, n * 0.2592 AS second_s,
@@ -65,12 +65,14 @@ DIALECTS = {
         "numbers": "WITH RECURSIVE c(n) AS (SELECT {first} UNION ALL SELECT n + 1 FROM c "
         "WHERE n < {last}) SELECT n FROM c",
         "moment": "strftime('%Y-%m-%d %H:%M:%f000', 1714521600 + second_s, 'unixepoch')",
+        "fix": "CAST((1714521600 + second_s) * 1000000 AS INTEGER)",
         "cell": "CAST((lat + 90) * 20 AS INTEGER) * 7201 + CAST((lon + 180) * 20 AS INTEGER)",
         "true": "1",
     },
     "postgresql": {
         "numbers": "SELECT generate_series({first}::bigint, {last}) AS n",
         "moment": "to_timestamp(1714521600 + second_s)",
+        "fix": "to_timestamp(1714521600 + second_s)",
         "cell": "floor((lat + 90) * 20)::int * 7201 + floor((lon + 180) * 20)::int",
         "true": "true",
     },

@@ -3,7 +3,7 @@
 from alembic import context
 
 import app.tables  # noqa: F401  registers the tables
-from app.db import Base, UtcDateTime
+from app.db import Base, UtcDateTime, UtcMicroseconds
 from app.schema import is_compared
 
 OWN_TABLES = frozenset(Base.metadata.tables)
@@ -18,6 +18,8 @@ def render_item(kind: str, item: object, _autogen: object) -> str | bool:
     """Write our own column types as what they are: migrations outlive the code's names."""
     if kind == "type" and isinstance(item, UtcDateTime):
         return "sa.DateTime(timezone=True)"
+    if kind == "type" and isinstance(item, UtcMicroseconds):
+        return 'sa.DateTime(timezone=True).with_variant(sa.BigInteger(), "sqlite")'
     return False
 
 

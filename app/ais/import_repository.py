@@ -277,7 +277,9 @@ def _is_time_known(session: Session, origin: Origin, table: PositionTable) -> bo
         mark="?" if is_sqlite else "(%s::timestamp AT TIME ZONE 'UTC')",
         counts=origin.told_in(_COUNTS_AS_KNOWN),
     )
-    bounds = tuple(text_of(moment_of(int(us))) for us in (table.fix_us.min(), table.fix_us.max()))
+    first_and_last_us = int(table.fix_us.min()), int(table.fix_us.max())
+    moments = (text_of(moment_of(us)) for us in first_and_last_us)
+    bounds = first_and_last_us if is_sqlite else tuple(moments)
     return bool(session.connection().exec_driver_sql(statement, bounds).scalar())
 
 

@@ -14,15 +14,13 @@ from app.tables.ais import AisPosition, Vessel
 
 AT_ONCE = 10_000
 _ROWS_AT_ONCE = 100  # so many stay in a processor's cache until they are columns
-JULIAN_DAY_OF_1970 = 2_440_587.5
-SECONDS_A_DAY = 86_400.0
+MICROSECONDS_A_SECOND = sa.literal_column("1e6", sa.Float())
 
 
 def seconds_since_1970(session: Session) -> sa.ColumnElement[float]:
     """Return the moment of a fix as the database itself can count it."""
     if session.get_bind().dialect.name == "sqlite":
-        days = sa.func.julianday(AisPosition.fix_time, type_=sa.Float()) - JULIAN_DAY_OF_1970
-        return days * SECONDS_A_DAY
+        return sa.type_coerce(AisPosition.fix_time, sa.Float()) / MICROSECONDS_A_SECOND
     return sa.cast(sa.extract("epoch", AisPosition.fix_time), sa.Float())
 
 

@@ -108,9 +108,9 @@ class RowBatch:
 
 
 def arrays_of(table: PositionTable) -> Arrays:
-    """Return `POSITION_COLUMNS` as arrays of numbers and letters.
+    """Return `POSITION_COLUMNS` as arrays of numbers.
 
-    Letters are (n, letters) uint8; classes, accuracies and sources are places in their lists.
+    Moments are microseconds since 1970; classes, accuracies and sources are places in their lists.
     """
     codes = {"message_type", "ais_class", "high_accuracy", "fix_time_source"}
     arrays: dict[str, npt.NDArray[np.generic]] = {
@@ -119,8 +119,7 @@ def arrays_of(table: PositionTable) -> Arrays:
         if name not in {"fix_time", "received_at", "cell"}
     }
     arrays["mmsi"] = table.mmsi.astype(np.int32)
-    arrays["fix_time"] = _letters(table.fix_us)
-    arrays["received_at"] = _letters(table.received_us)
+    arrays["fix_time"], arrays["received_at"] = table.fix_us, table.received_us
     arrays["cell"] = cells_of(table.lat_deg, table.lon_deg).astype(np.int32)
     return {name: arrays[name] for name in POSITION_COLUMNS}
 

@@ -23,15 +23,14 @@ _FIRST_ROWID = 1 << 14  # from here to 2^21 a row's number takes three bytes
 _MOST_ROWS = 500_000  # their leaves fit below one page
 _LEAF, _INNER = 0x0D, 0x05
 _LEAF_HEAD_BYTES, _INNER_HEAD_BYTES = 8, 12
-_SERIAL_TYPES = {"u1": 1, "i4": 4, "f8": 7}  # by how SQLite tells of a value that it is a number
+_SERIAL_TYPES = {"u1": 1, "i4": 4, "i8": 6, "f8": 7}  # how SQLite tells of a value what it is
 
 
 def database_image(columns: Mapping[str, Column]) -> bytes:
     """Return a database with a table `TABLE` of these columns.
 
-    Columns: uint8 below 128, int32 and float64 as numbers, NaN for none; (n, letters) uint8 as
-    ASCII text; all of the same length, one row or more. Raises ValueError for more rows than a tree
-    of two levels holds.
+    Columns: uint8 below 128, int32, int64 and float64, NaN for none; all of the same length, one
+    row or more. Raises ValueError for more rows than a tree of two levels holds.
     """
     cells = _cells(list(columns.values()))
     rows, cell_bytes = cells.shape
@@ -74,8 +73,6 @@ def _cells(columns: list[Column]) -> Bytes:
 
 
 def _kind_and_bytes(column: Column) -> tuple[int, Bytes]:
-    if column.ndim == 2:
-        return 13 + 2 * column.shape[1], column.astype(np.uint8)
     dtype = column.dtype.str[1:]
     return _SERIAL_TYPES[dtype], _big_endian(column, f">{dtype}")
 

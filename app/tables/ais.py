@@ -11,7 +11,7 @@ import sqlalchemy as sa
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.db import ONLY_ON, Base, Json, now
+from app.db import ONLY_ON, Base, Json, UtcMicroseconds, now
 from app.domain.cells import cell_of
 from app.tables.deletion import Deletable, index_of_deleted
 
@@ -95,8 +95,8 @@ class AisPosition(Base):
     file_id: Mapped[int | None] = mapped_column(index=True)
     feed_id: Mapped[int | None] = mapped_column(sa.ForeignKey("ais_feeds.id", ondelete="CASCADE"))
     mmsi: Mapped[int]
-    fix_time: Mapped[datetime]
-    received_at: Mapped[datetime]
+    fix_time: Mapped[datetime] = mapped_column(UtcMicroseconds)
+    received_at: Mapped[datetime] = mapped_column(UtcMicroseconds)
     lat_deg: Mapped[float]
     lon_deg: Mapped[float]
     sog_kn: Mapped[float | None]
@@ -107,7 +107,7 @@ class AisPosition(Base):
     ais_class: Mapped[str | None] = mapped_column(sa.String(1))
     high_accuracy: Mapped[bool | None]
     fix_time_source: Mapped[str] = mapped_column(sa.String(16), default="prompt")
-    arrived_at: Mapped[datetime | None]
+    arrived_at: Mapped[datetime | None] = mapped_column(UtcMicroseconds)
     clock_suspect: Mapped[bool | None]
     cell: Mapped[int] = mapped_column(default=_cell)
 

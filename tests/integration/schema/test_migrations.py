@@ -12,8 +12,10 @@ from app.auth.tokens import new_token
 from app.db import Base, Database
 from app.errors import Conflict
 from app.jobs import JobClient, JobQueue
+from app.tables.ais import AisPosition
 from app.tables.registration import Registration, RegistrationMethod
 from app.tables.runs import Run
+from tests.factories.ais import make_position
 from tests.factories.sites import make_site
 from tests.factories.world import make_world
 from tests.postgres import PostgresCluster
@@ -120,6 +122,25 @@ def test_making_registrations_anew_keeps_what_refers_to_them(empty_database: Dat
     with empty_database.reading() as session:
         run = session.get_one(Run, ids["run_id"])
         assert run.registration.id == ids["registration_id"]
+
+
+def test_moments_of_positions_keep_each_microsecond(empty_database: Database) -> None:
+    """Made numbers on SQLite and taken back to text, they are what they were; indexes stay."""
+    moment = datetime(2024, 5, 1, 12, 30, 15, 7, UTC)
+    schema.upgrade(empty_database)
+    with empty_database.writing() as session:
+        make_position(session, None, moment).arrived_at = moment
+
+    schema.downgrade(empty_database, "0026")
+    with empty_database.reading() as session:
+        before = session.scalar(sa.text("SELECT fix_time FROM ais_positions"))
+    schema.upgrade(empty_database)
+
+    assert before == ("2024-05-01 12:30:15.000007" if empty_database.is_sqlite else moment)
+    with empty_database.reading() as session:
+        kept = session.scalars(sa.select(AisPosition)).one()
+    assert {kept.fix_time, kept.received_at, kept.arrived_at} == {moment}
+    assert schema.differences(empty_database) == []
 
 
 def test_data_of_the_first_version_survives_every_upgrade(empty_database: Database) -> None:

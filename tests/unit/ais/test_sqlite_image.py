@@ -15,19 +15,19 @@ def test_sqlite_reads_the_rows_of_an_image(rows: int) -> None:
     rng = np.random.default_rng(rows)
     numbers = rng.integers(-(2**31), 2**31, rows)
     reals = np.where(rng.random(rows) < 0.2, np.nan, rng.normal(size=rows))
-    texts = rng.integers(ord("0"), ord("9"), (rows, 26)).astype(np.uint8)
+    moments = rng.integers(-(2**63), 2**63, rows, dtype=np.int64)
     codes = rng.integers(0, 128, rows).astype(np.uint8)
-    columns = {"i": numbers.astype(np.int32), "f": reals, "t": texts, "c": codes}
+    columns = {"i": numbers.astype(np.int32), "f": reals, "m": moments, "c": codes}
     with closing(sqlite3.connect(":memory:")) as connection:
         connection.execute("ATTACH ':memory:' AS image")
         connection.execute("BEGIN")
         connection.deserialize(database_image(columns), name="image")
-        found = connection.execute(f"SELECT i, f, t, c FROM image.{TABLE}").fetchall()  # noqa: S608  a constant
+        found = connection.execute(f"SELECT i, f, m, c FROM image.{TABLE}").fetchall()  # noqa: S608  a constant
     assert found == list(
         zip(
             numbers.tolist(),
             [None if real != real else real for real in reals.tolist()],  # noqa: PLR0124  NaN
-            [bytes(text).decode() for text in texts],
+            moments.tolist(),
             codes.tolist(),
             strict=True,
         )
