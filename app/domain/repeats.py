@@ -4,7 +4,7 @@ Two thirds of a merged recording can be repeats. They say nothing new, yet taken
 would make a vessel look as if it stood still between two of its positions.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from datetime import datetime
 
 from app.domain.nmea_times import epoch_us
@@ -28,8 +28,22 @@ class RepeatFilter:
         """Return whether the same payload was taken within 30 s; if not, take it."""
         return not self.first_heard((payload,), (epoch_us(received_at),))[0]
 
-    def first_heard(self, payloads: Iterable[bytes], received_us: Iterable[int]) -> list[bool]:
+    def first_heard(self, payloads: Sequence[bytes], received_us: Sequence[int]) -> list[bool]:
         """Return which payloads are no repeats, one after another; these are taken."""
+        new = dict(zip(payloads, received_us, strict=True))
+        fits = len(self._young) + len(new) <= _MOST_REMEMBERED
+        if len(new) == len(payloads) and fits and self._knows_none(payloads):
+            self._young |= new
+            return [True] * len(payloads)
+        return self._one_after_another(payloads, received_us)
+
+    def _knows_none(self, payloads: Sequence[bytes]) -> bool:
+        """Whether all are new, as most blocks of a single receiver's recording are."""
+        return self._young.keys().isdisjoint(payloads) and self._old.keys().isdisjoint(payloads)
+
+    def _one_after_another(
+        self, payloads: Sequence[bytes], received_us: Sequence[int]
+    ) -> list[bool]:
         first = []
         for payload, at_us in zip(payloads, received_us, strict=True):
             taken_us = self._young.get(payload) or self._old.get(payload)

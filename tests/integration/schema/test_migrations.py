@@ -131,7 +131,7 @@ def test_moments_of_positions_keep_each_microsecond(empty_database: Database) ->
     with empty_database.writing() as session:
         make_position(session, None, moment).arrived_at = moment
 
-    schema.downgrade(empty_database, "0026")
+    schema.downgrade(empty_database, "0027")
     with empty_database.reading() as session:
         before = session.scalar(sa.text("SELECT fix_time FROM ais_positions"))
     schema.upgrade(empty_database)
