@@ -16,19 +16,22 @@ from app.domain.arrays import BoolArray, FloatArray
 class Misfit(NamedTuple):
     """One sigma of what boxes and projected outlines differ by.
 
-    `middle` and `width` in share of the box's width, `lower` of its height (detectors are less
-    exact on large vessels); bow waves and dark boot tops hide `lower_edge_m` of the waterline.
+    `middle` and `width` in share of the box's width, `lower` of its height; `one_side` is that of
+    the middle where one side and the width by AIS tell it. Bow waves and dark boot tops hide
+    `lower_edge_m` of the waterline.
     """
 
     middle: float
     width: float
+    one_side: float
     lower: float
     lower_edge_m: float
 
 
-ONE_OUTLINE = Misfit(middle=0.012, width=0.12, lower=0.006, lower_edge_m=0.1)
-# Where the evidence's own variance already tells how much hulls differ.
-ANY_OUTLINE = Misfit(middle=0.0065, width=0.075, lower=0.0055, lower_edge_m=0.05)
+ONE_OUTLINE = Misfit(middle=0.012, width=0.12, one_side=0.06, lower=0.006, lower_edge_m=0.1)
+# Where the evidence's own variance already tells how much hulls differ, and that of boxes how much
+# detectors do.
+ANY_OUTLINE = Misfit(middle=0.004, width=0.025, one_side=0.02, lower=0.0045, lower_edge_m=0.05)
 
 
 class EdgeShares(NamedTuple):
@@ -71,19 +74,24 @@ class EdgeShares(NamedTuple):
 
 
 def edge_variance_px2(
-    edge_sigma_px: float,
-    size_px: FloatArray,
-    px_per_m: FloatArray,
-    one_side: BoolArray,
-    misfit: Misfit = ONE_OUTLINE,
+    edge_sigma_px: float, size_px: FloatArray, px_per_m: FloatArray, one_side: BoolArray
 ) -> FloatArray:
     """Return the variances (3, n) of middle, width and lower edge of boxes of `size_px` (2, n)."""
+    by_boxes = box_variance_px2(np.full_like(size_px, edge_sigma_px**2), one_side)
+    return by_boxes + misfit_variance_px2(size_px, px_per_m, one_side, ONE_OUTLINE)
+
+
+def box_variance_px2(edge_px2: FloatArray, one_side: BoolArray) -> FloatArray:
+    """Make variances (3, n) of the evidence of those of the boxes' side and lower edges (2, n)."""
+    side, lower = edge_px2
+    return np.array([np.where(one_side, side, side / 2), 2 * side, lower])
+
+
+def misfit_variance_px2(
+    size_px: FloatArray, px_per_m: FloatArray, one_side: BoolArray, misfit: Misfit
+) -> FloatArray:
+    """Return the part (3, n) of the variances by which outlines differ from hulls."""
     width, height = size_px
-    edge = edge_sigma_px**2
-    middle = np.where(
-        one_side,
-        edge + (misfit.width / 2 * width) ** 2,
-        edge / 2 + (misfit.middle * width) ** 2,
-    )
+    middle = np.where(one_side, misfit.one_side, misfit.middle) * width
     lower = (misfit.lower * height) ** 2 + (misfit.lower_edge_m * px_per_m) ** 2
-    return np.array([middle, 2 * edge + (misfit.width * width) ** 2, edge + lower])
+    return np.array([middle**2, (misfit.width * width) ** 2, lower])

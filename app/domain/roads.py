@@ -8,7 +8,6 @@ and its product with a point of the hull (x forward + iy to port) is the point's
 and, imaginary, how that part grows with the turn.
 """
 
-from collections import Counter
 from collections.abc import Sequence
 from math import radians, sqrt
 from typing import NamedTuple, TypeAlias
@@ -17,10 +16,16 @@ import numpy as np
 import numpy.typing as npt
 
 from app.domain.arrays import FloatArray
+from app.domain.box_noise import USUAL_SHARE
 from app.domain.camera import Camera
 from app.domain.correction import cross, edge_normals
 from app.domain.detection import HALF_PIXEL
-from app.domain.edge_evidence import ANY_OUTLINE, EdgeShares, edge_variance_px2
+from app.domain.edge_evidence import (
+    ANY_OUTLINE,
+    EdgeShares,
+    box_variance_px2,
+    misfit_variance_px2,
+)
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import state_covariances
 from app.domain.hull_outline import slim_outline
@@ -31,7 +36,7 @@ from app.domain.waterplane import WaterPlane
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 
 SHARED = 4  # unknowns of all ships: level_m, pitch, yaw, roll (rad)
-_SIZE_M = 1.0  # AIS gives whole metres, and people enter them wrong
+_SIZE_M = 0.8  # AIS gives whole metres, and people enter them wrong
 # Where between a slim and a full hull most hulls are, and one sigma of that.
 _FULLNESS, _FULLNESS_SIGMA = 0.3, 0.28
 # Alpha, beta, gamma: beta is the plane of the right side, the gap's other extreme.
@@ -57,9 +62,9 @@ class Roads:
 
     Ships have the unknowns east_m, north_m and turn (rad, clockwise); all share level_m, pitch,
     yaw and roll (rad). Vectors are (3, n), coordinates first. Of the evidence (rad), `still` (3, n)
-    is what unmoved antennas make, `by_place` (3, 2, n) and `by_shared` (3, 4, n) are its slopes;
-    `place_to_evidence` (2, 3, n) and `by_prior_place` (3, 3, n) are its covariances with a place
-    and of itself as AIS states them.
+    is what unmoved antennas make, `used` (3, n) what counts of it; `by_place` (3, 2, n) and
+    `by_shared` (3, 4, n) are its slopes; `place_to_evidence` (2, 3, n) and `by_prior_place`
+    (3, 3, n) are its covariances with a place and of itself as AIS states them.
     """
 
     def __init__(
@@ -90,7 +95,7 @@ class Roads:
         self.aside_m = camera.R_cam_from_world[0] @ away
         self.cut = np.array([(s.cut.left, s.cut.right, s.cut.bottom) for s in sightings]).T
         self.size_px = (boxes[:, 2:] - boxes[:, :2]).T
-        self.evidence_variance = self._evidence_variance()
+        self.by_boxes, self.by_hulls = self._evidence_variances()
         self._weigh_planes()
         self.prior_covariance = state_covariances(states)
         by_prior = self.prior_covariance[:2, :2]
@@ -104,21 +109,28 @@ class Roads:
             [state.heading_source is HeadingSource.REPORTED for state in states]
         )
         # The error of a ship's AIS is one, however many images show it.
-        counts = Counter(state.identifier for state in states)
-        self.share = np.array([1 / counts[state.identifier] for state in states])
+        _, self.vessel = np.unique([state.identifier for state in states], return_inverse=True)
+        self.share = 1 / np.bincount(self.vessel)[self.vessel]
 
-    def _evidence_variance(self) -> FloatArray:
-        """Return the variances (3, n) of the evidence by boxes and sizes, rad^2."""
+    def _evidence_variances(self) -> tuple[FloatArray, FloatArray]:
+        """Return the variances of the evidence in rad^2: by boxes (2, 3, n), by hulls (3, n).
+
+        By boxes: by what is usual of pixels, and of shares of the box. By hulls: by sizes too.
+        """
         px_per_m = self.focal_px / self.range_m
-        variance = edge_variance_px2(
-            self.box_sigma_px, self.size_px, px_per_m, self.cut[0] | self.cut[1], ANY_OUTLINE
-        )
-        variance[1] += (_SIZE_M * px_per_m) ** 2
-        return variance / self.focal_px**2
+        one_side = self.cut[0] | self.cut[1]
+        pixels = np.full_like(self.size_px, self.box_sigma_px**2)
+        shares = (USUAL_SHARE * self.size_px) ** 2
+        by_boxes = np.stack([box_variance_px2(part, one_side) for part in (pixels, shares)])
+        by_hulls = misfit_variance_px2(self.size_px, px_per_m, one_side, ANY_OUTLINE)
+        by_hulls[1] += (_SIZE_M * px_per_m) ** 2
+        return by_boxes / self.focal_px**2, by_hulls / self.focal_px**2
 
     def _weigh_planes(self) -> None:
         """Say what metres in all directions do to the evidence, through the gaps to the planes."""
-        weights = EdgeShares.of(~self.cut).weights() / self.range_m
+        shares = EdgeShares.of(~self.cut)
+        self.used = shares.used
+        weights = shares.weights() / self.range_m
         east, north, _ = self.enu
         directions = np.empty((3, 7, len(self.range_m)))
         for number, direction in enumerate(

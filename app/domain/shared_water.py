@@ -20,19 +20,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.domain.arrays import FloatArray
+from app.domain.box_noise import BoxNoise, Surprises, box_noise, scatter
 from app.domain.covariances import Factors, apart, carried, factored, inverse, together
 from app.domain.roads import SHARED, Roads, Touching, times
 
 ROUNDS = 5
+_LISTENING = (1, 3)  # the rounds that ask how exact boxes are: not before ships have moved
 # Evidence more than so many sigmas off counts less for what all ships share.
 _SUSPICIOUS = 2.5
 _ODD_WIDTH = 1.0  # and widths more than this, to say how a ship heads
 # The stated accuracy of AIS counts as much as what so many ships show of it.
 _PRIOR_SHIPS = 4.0
 # The same of headings, their scale before looking, and its limits: compasses may only be worse than
-# said, while two of three ships of recorded traffic head within 0.45 sigmas of their course.
+# said. Two of three ships of recorded traffic head within 0.45 sigmas of their course, many well
+# within.
 _COMPASSES = (4.0, 1.0, (1.0, 4.0))
-_COURSES = (4.0, 0.2, (0.1, 4.0))
+_COURSES = (4.0, 0.15, (0.05, 4.0))
 # A lower edge this many sigmas above where it should be may be another ship's bulwark.
 _HIDDEN_BELOW = 1.5
 # Beyond so many sigmas what all ships share is held back less and less: it may be worse than said.
@@ -44,7 +47,8 @@ class Solution:
     """Unknowns of the ships (3, n), the shared ones (4,), and the covariances of all (7, 7, n).
 
     `deviation` (n,) is by how many sigmas the image contradicts AIS most, `hidden_m` (n,) how much
-    of the ship's breadth across the line of sight is beyond the sides of its detection.
+    of the ship's breadth across the line of sight is beyond the sides of its detection. `box_noise`
+    is how far off boxes are.
     """
 
     own: FloatArray
@@ -52,6 +56,7 @@ class Solution:
     covariance: FloatArray
     deviation: FloatArray
     hidden_m: FloatArray
+    box_noise: BoxNoise
 
 
 def solve(roads: Roads) -> Solution:
@@ -60,18 +65,24 @@ def solve(roads: Roads) -> Solution:
     by_shared, of_shared = roads.by_shared, np.diag(1 / roads.shared_prior)
     # The slopes by what all share, and last what is off whatever that is.
     evidence = np.concatenate([by_shared, roads.still[:, None]], axis=1)
-    for _ in range(ROUNDS):
+    noise = BoxNoise()
+    wider, ease = np.zeros_like(roads.range_m), np.ones_like(roads.range_m)
+    for number in range(ROUNDS):
         before = own, shared
         touching = roads.touching(own[2])
         np.add(roads.still, touching.at_rest, out=evidence[:, SHARED])
         innovation = evidence[:, SHARED] + shared @ by_shared
-        variance = roads.evidence_variance + touching.variance
+        by_hulls = roads.by_hulls + touching.variance
+        variance = noise.of(roads.by_boxes) + by_hulls
         scale, turn_variance = _rescaled(roads, own, touching, innovation[1], variance[1])
         with_turn = turn_variance * touching.turning
         spread = scale * roads.by_prior_place + with_turn[:, None] * touching.turning
         of_each = np.einsum("iin->in", spread)
-        seen = variance + of_each + (of_shared @ by_shared * by_shared).sum(axis=1)
-        deviation = _doubted(variance, innovation, np.sqrt(seen))
+        by_states = of_each + (of_shared @ by_shared * by_shared).sum(axis=1)
+        if number in _LISTENING:
+            noise = _box_noise(roads, innovation, by_hulls + by_states)
+            variance = noise.of(roads.by_boxes) + by_hulls
+        deviation = _doubted(variance, innovation, np.sqrt(variance + by_states))
         of_each += variance
         # With the ships' own unknowns as part of the spread, only the shared ones are left.
         factors = factored(spread)
@@ -85,13 +96,39 @@ def solve(roads: Roads) -> Solution:
         off = together(factors, off)
         own = np.empty_like(own)
         own[:2] = -scale * times(roads.place_to_evidence, off)
-        own[2] = -(with_turn * off).sum(axis=0)
+        # A ship is narrowest bow on; turned beyond, its width turns it back: smaller steps then.
+        ease *= np.where(touching.turning[1] * wider < 0, 0.5, 1.0)
+        wider = touching.turning[1]
+        own[2] = before[0][2] - ease * ((with_turn * off).sum(axis=0) + before[0][2])
     to_evidence = np.concatenate([scale * roads.place_to_evidence, with_turn[None]])
     prior_covariance = roads.prior_covariance.copy()
     prior_covariance[:2, :2] *= scale
     prior_covariance[2, 2] = turn_variance
     covariance = _covariance(prior_covariance, to_evidence, factors, free, of_shared)
-    return Solution(own, shared, covariance, deviation, roads.hidden_m(*before, touching))
+    return Solution(own, shared, covariance, deviation, roads.hidden_m(*before, touching), noise)
+
+
+def _box_noise(roads: Roads, innovation: FloatArray, by_others: FloatArray) -> BoxNoise:
+    """Return how far off boxes are, by evidence (3, n) and its variance by all else.
+
+    Middles tell nothing: AIS is farther off than any box. A width that is wrong in every image may
+    be a wrong size, and so counts once; how it varies from image to image is the detector's.
+    """
+    told = [
+        Surprises(
+            innovation[kind, here],
+            roads.by_boxes[:, kind, here],
+            by_others[kind, here],
+            roads.share[here],
+        )
+        for kind, here in enumerate(roads.used[1:], start=1)
+    ]
+    wide = roads.used[1]
+    range_m = roads.range_m[wide]
+    varying = scatter(
+        roads.vessel[wide], innovation[1, wide] * range_m, roads.by_boxes[:, 1, wide] * range_m**2
+    )
+    return box_noise([*told, varying])
 
 
 def _doubted(variance: FloatArray, innovation: FloatArray, sigma: FloatArray) -> FloatArray:
@@ -152,22 +189,20 @@ def _rescaled(
     said to be.
     """
     stated = roads.prior_covariance[2, 2]
+    groups = ((roads.is_reported, _COMPASSES), (~roads.is_reported, _COURSES))
     if not own.any():
-        return 1.0, stated
+        return 1.0, stated * np.where(roads.is_reported, _COMPASSES[1], _COURSES[1])
     across = (own[:2] * roads.right_in_en).sum(axis=0)
     squares = np.minimum(across**2 / roads.across_variance, _SUSPICIOUS**2)
     place = float((_PRIOR_SHIPS + roads.share @ squares) / (_PRIOR_SHIPS + roads.share.sum()))
     by_heading = touching.turning[1] ** 2 * stated
     others = roads.by_prior_place[1, 1] * place + variance
     expected = by_heading + others
-    excess = np.minimum(innovation**2, _SUSPICIOUS**2 * expected) - others
     # Each ship's square tells as much as the heading has part in it.
     told = by_heading / expected**2 * roads.share
     rescaled = np.empty_like(stated)
-    for group, (prior, usual, limits) in (
-        (roads.is_reported, _COMPASSES),
-        (~roads.is_reported, _COURSES),
-    ):
+    for group, (prior, usual, limits) in groups:
+        excess = np.minimum(innovation**2, _SUSPICIOUS**2 * (usual * by_heading + others)) - others
         of_group = told * group
         heading = (prior * usual + of_group @ excess) / (prior + of_group @ by_heading)
         np.copyto(rescaled, stated * min(max(heading, limits[0]), limits[1]), where=group)

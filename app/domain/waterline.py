@@ -15,6 +15,7 @@ from itertools import compress
 import numpy as np
 
 from app.domain.arrays import FloatArray
+from app.domain.box_noise import USUAL_SHARE, BoxNoise
 from app.domain.camera import Camera
 from app.domain.covariances import carried
 from app.domain.fusion_settings import FusionSettings
@@ -26,7 +27,6 @@ from app.domain.sighting import BoxSigmas, Sighting, VesselBoxes
 _UNSURE_PLACE_M = 10.0
 _CONTRADICTION = 4.0
 _TOP_M = 0.08  # masts a detector overlooks
-_TOP_SHARE = 0.005  # of a box's height: detectors are less exact on large vessels
 # Of a ship's breadth so much may be missing by its shape or a loose box before it counts as hidden.
 _SEEN_WHOLE = 0.12
 _MUCH_HIDDEN = 0.1
@@ -37,7 +37,7 @@ _POLE_PX_PER_M = 4.0
 _POLE_M = 1.0
 # A ship this high in share of its length has masts or a house amidships rather than a flat deck.
 _TALL_SHARE = 0.2
-_TOP_SIGMA = 0.35  # of where between the farthest corner and the middle the highest point is
+_TOP_SIGMA = 0.4  # of where between the farthest corner and the middle the highest point is
 # Bow-port, bow-starboard, stern-starboard, stern-port, in half lengths and half widths.
 _CORNERS = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
 
@@ -63,7 +63,7 @@ def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> V
     bottom_covariance = _bottom_covariance(roads, solution)
     hidden = _hidden_share(roads, solution)
     top_variance = (
-        _edge_m(roads) ** 2
+        _edge_m(roads, solution.box_noise) ** 2
         + _TOP_M**2
         + _vanished_m(roads) ** 2
         + top_sigma_m**2
@@ -131,10 +131,11 @@ def _heights(
     return from_corner + amidships * apart, _TOP_SIGMA * apart
 
 
-def _edge_m(roads: Roads) -> FloatArray:
+def _edge_m(roads: Roads, box_noise: BoxNoise) -> FloatArray:
     """Return one sigma (n,) of a detection's upper edge in metres at the ship."""
-    edge_px = np.hypot(roads.box_sigma_px, _TOP_SHARE * roads.size_px[1])
-    return np.asarray(edge_px * roads.range_m / roads.focal_px)
+    share_px = USUAL_SHARE * roads.size_px[1]
+    usual_px2 = np.stack([np.full_like(share_px, roads.box_sigma_px), share_px]) ** 2
+    return np.asarray(np.sqrt(box_noise.of(usual_px2)) * roads.range_m / roads.focal_px)
 
 
 def _vanished_m(roads: Roads) -> FloatArray:
