@@ -20,8 +20,11 @@ _UNKNOWN = -1
 _AS_JSON = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_UTC_Z
 
 
-def as_json(found: Stretch, told: Identities) -> bytes:
-    """Write all tracks as `StretchOut` says, where MMSI are hidden in no telling order."""
+def as_json(found: Stretch, told: Identities, **more: int | bool) -> bytes:
+    """Write all tracks as `StretchOut` says, where MMSI are hidden in no telling order.
+
+    `more` are members beside.
+    """
     fixes = found.fixes
     columns = _columns(fixes)
     vessels = []
@@ -47,6 +50,7 @@ def as_json(found: Stretch, told: Identities) -> bytes:
         "tolerance_m": found.tolerance_m,
         "longest_silence_s": int(LONGEST_SILENCE.total_seconds()),
         "vessels": sorted(vessels, key=lambda vessel: str(vessel["mmsi"])),
+        **more,
     }
     return orjson.dumps(answer, option=_AS_JSON)
 

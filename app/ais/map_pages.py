@@ -7,6 +7,7 @@ from fastapi import APIRouter, Request, Response
 from app.ais import coverage_pages, map_repository
 from app.auth.access import Access, Scope, allowed
 from app.dependencies import SessionDep
+from app.feeds import service as feeds
 from app.identities import service as identities
 from app.sites.actions import site_for
 from app.templating import page
@@ -35,5 +36,6 @@ def show_map(request: Request, site_id: int, session: SessionDep, access: Reader
         pseudonyms=view.identities.hidden,
         tile_url=settings.map_tile_url,
         tile_attribution=settings.map_attribution,
+        has_feed=bool(feeds.list_views(session, view.readable, feeds.EVERY_FEED, site.id)[0]),
         may_ingest=access.may(Scope.INGEST, site.id),
     )

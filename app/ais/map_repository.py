@@ -2,6 +2,8 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import datetime
+from operator import itemgetter
+from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.orm import InstrumentedAttribute, Session
@@ -38,22 +40,55 @@ def moving(
     hundred thousand moments or names takes longer than all the rest. So do SQLAlchemy's own rows,
     which is why these come from the cursor.
     """
-    statement = (
-        sa.select(
-            AisPosition.mmsi,
-            seconds_since_1970(session),
-            AisPosition.lat_deg,
-            AisPosition.lon_deg,
-            sa.func.coalesce(AisPosition.sog_kn, UNKNOWN),
-            sa.func.coalesce(AisPosition.cog_deg, UNKNOWN),
-            sa.func.coalesce(AisPosition.heading_deg, UNKNOWN),
-            _number_of(AisPosition.fix_time_source, SOURCES),
-            _number_of(AisPosition.ais_class, AIS_CLASSES),
-        )
-        .where(visible(AisPosition.site_id, readable), *within(start, end, area))
-        .order_by(AisPosition.fix_time)
-        .limit(most)
+    wanted = _drawn(session, readable, *within(start, end, area))
+    return _rows(session, wanted.order_by(AisPosition.fix_time).limit(most))
+
+
+def newest_id(session: Session) -> int:
+    """Return the number that all positions of now are up to."""
+    return session.scalar(sa.select(sa.func.max(AisPosition.id))) or 0
+
+
+def arrived_after(
+    session: Session, readable: Readable, after: int, most: int
+) -> tuple[list[Sequence[float]], int, bool]:
+    """Return what feeds brought after the position of a number, as `moving` does.
+
+    Also the number of the last of them, and whether there are more than `most`. Feeds of a site
+    write in turns, so that none of its positions gets a lower number later. Neither time nor place
+    is asked for here: databases would go through the index of the last hour instead.
+    """
+    came = AisPosition.feed_id.is_not(None), AisPosition.id > after
+    numbers = (
+        sa.select(AisPosition.id)
+        .where(visible(AisPosition.site_id, readable), *came)
+        .order_by(AisPosition.id)
+        .limit(most + 1)
     )
+    found = session.scalars(numbers).all()
+    if not found or len(found) > most:
+        return [], found[-1] if found else after, bool(found)
+    wanted = _drawn(session, readable, *came, AisPosition.id <= found[-1])
+    return sorted(_rows(session, wanted), key=itemgetter(1)), found[-1], False
+
+
+def _drawn(
+    session: Session, readable: Readable, *conditions: sa.ColumnElement[bool]
+) -> sa.Select[*tuple[Any, ...]]:
+    return sa.select(
+        AisPosition.mmsi,
+        seconds_since_1970(session),
+        AisPosition.lat_deg,
+        AisPosition.lon_deg,
+        sa.func.coalesce(AisPosition.sog_kn, UNKNOWN),
+        sa.func.coalesce(AisPosition.cog_deg, UNKNOWN),
+        sa.func.coalesce(AisPosition.heading_deg, UNKNOWN),
+        _number_of(AisPosition.fix_time_source, SOURCES),
+        _number_of(AisPosition.ais_class, AIS_CLASSES),
+    ).where(visible(AisPosition.site_id, readable), *conditions)
+
+
+def _rows(session: Session, statement: sa.Select[Any]) -> Iterator[Sequence[float]]:
     cursor = session.connection().execute(statement).cursor
     while cursor is not None and (rows := cursor.fetchmany(_ROWS_AT_ONCE)):
         yield from rows

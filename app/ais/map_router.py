@@ -9,8 +9,8 @@ from app.ais import coverage_router, map_repository
 from app.ais.area import Area
 from app.ais.fields_of_view import seen_from
 from app.ais.map_answer import as_json
-from app.ais.map_schemas import FieldOfViewOut, StretchOut
-from app.ais.map_tracks import MOST_SENT, stretch
+from app.ais.map_schemas import FieldOfViewOut, NewsOut, StretchOut
+from app.ais.map_tracks import MOST_SENT, news, stretch
 from app.ais.moments import Moment
 from app.auth.access import Access, Scope, allowed
 from app.db import now
@@ -20,6 +20,7 @@ from app.sites.actions import site_for
 
 router = APIRouter(tags=["AIS"])
 router.include_router(coverage_router.router)
+LARGEST_ID = 2**63 - 1
 HALF_AN_HOUR = timedelta(minutes=30)
 Reader = Annotated[Access, allowed(Scope.READ)]
 
@@ -66,6 +67,33 @@ def list_ais_tracks(
         points,
     )
     return Response(as_json(found, view.identities), media_type="application/json")
+
+
+@router.get("/sites/{site_id}/ais/tracks/new", response_model=NewsOut)
+def list_new_ais_positions(
+    site_id: int,
+    session: SessionDep,
+    access: Reader,
+    after: Annotated[
+        int | None,
+        Query(ge=0, le=LARGEST_ID, description="`after` of the last answer; left out: from now on"),
+    ] = None,
+    bbox: Annotated[
+        str | None, Query(max_length=120, description="min_lon,min_lat,max_lon,max_lat")
+    ] = None,
+) -> Response:
+    """Return only what a site's live feeds brought since the last answer, for a map that follows.
+
+    Ask without `after` first, then for the tracks of the last half hour, then again every few
+    seconds. Whoever stays away for long is told so by `is_cut`.
+    """
+    site = site_for(session, access, Scope.READ, site_id)
+    view = identities.view(session, site.id)
+    area = Area.parse(bbox) if bbox else None
+    begun = map_repository.newest_id(session) if after is None else after
+    found, last, is_cut = news(session, view.readable, begun, area)
+    told = as_json(found, view.identities, after=last, is_cut=is_cut)
+    return Response(told, media_type="application/json", headers={"Cache-Control": "no-store"})
 
 
 @router.get("/sites/{site_id}/fields-of-view")

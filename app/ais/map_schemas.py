@@ -36,6 +36,13 @@ class StretchOut(BaseModel):
     vessels: list[MovedOut]
 
 
+class NewsOut(StretchOut):
+    """What live feeds brought since the last answer; `end` is the server's now."""
+
+    after: int = Field(description="Send it with the next request")
+    is_cut: bool = Field(description="It was too much: ask for the tracks of now again")
+
+
 class FieldOfViewOut(BaseModel):
     """What a viewport looks at: its camera, then the far ends of its view from left to right."""
 

@@ -19,6 +19,8 @@ from app.ais.report_repository import Readable
 from app.ais.thinning import thinned
 from app.ais.track import LONGEST_SILENCE
 from app.ais.track_doubts import doubts_of
+from app.db import now
+from app.domain.arrays import BoolArray
 from app.domain.plausibility import Doubt
 from app.errors import Invalid
 from app.tables.ais import Vessel
@@ -26,6 +28,9 @@ from app.tables.ais import Vessel
 LONGEST_STRETCH = timedelta(hours=6)
 MOST_READ = 400_000
 MOST_SENT = 60_000
+MOST_NEW = 20_000
+FOLLOWED = timedelta(hours=1)
+AHEAD = timedelta(seconds=30)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +80,32 @@ def stretch(
         vessels=map_repository.vessels(session, mmsis),
         doubts=doubts_of(fixes, start),
     )
+
+
+def news(
+    session: Session, readable: Readable, after: int, area: Area | None
+) -> tuple[Stretch, int, bool]:
+    """Return what live feeds brought after a position's number, each point of it.
+
+    Also the number to ask with next, and whether it was too much to follow: then the tracks of now
+    have to be asked for again. What a receiver's wrong clock dates far from now is not told.
+    """
+    moment = now()
+    start = (moment - FOLLOWED).replace(microsecond=0)
+    rows, last, is_cut = map_repository.arrived_after(session, readable, after, MOST_NEW)
+    fixes = MovingFixes.of(rows, start.timestamp()).once()
+    is_recent = (fixes.time_s >= 0) & (fixes.time_s <= (FOLLOWED + AHEAD).total_seconds())
+    fixes = fixes.taken(is_recent if area is None else is_recent & _are_in(area, fixes))
+    vessels = map_repository.vessels(session, np.unique(fixes.mmsi).tolist())
+    return Stretch(start, moment, moment, 0.0, fixes, vessels, {}), last, is_cut
+
+
+def _are_in(area: Area, fixes: MovingFixes) -> BoolArray:
+    """Return which fixes lie in an area."""
+    is_east, is_west = fixes.lon_deg >= area.west_deg, fixes.lon_deg <= area.east_deg
+    is_across = is_east | is_west if area.crosses_antimeridian else is_east & is_west
+    is_along: BoolArray = (fixes.lat_deg >= area.south_deg) & (fixes.lat_deg <= area.north_deg)
+    return is_along & is_across
 
 
 def _fitted(fixes: MovingFixes, tolerance_m: float, most: int) -> tuple[MovingFixes, float]:

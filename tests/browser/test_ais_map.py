@@ -2,9 +2,16 @@
 
 import re
 
+import sqlalchemy as sa
 from playwright.sync_api import Page, expect
 
+from app.db import now
+from app.tables.ais import AisPosition
+from app.tables.feeds import AisFeed
+from app.tables.sites import Site
 from tests.browser.conftest import Installation
+from tests.factories.ais import MMSI, make_position
+from tests.factories.world import make_feed
 
 
 def test_a_vessel_of_the_list_is_the_one_on_the_map(page: Page, installation: Installation) -> None:
@@ -53,6 +60,33 @@ def test_time_plays_and_stops_on_the_map(page: Page, installation: Installation)
     expect(play).to_have_text("Play")
     page.wait_for_function(f"({TRACKS})() === 'hidden,visible'")
     expect(page).to_have_url(re.compile(r"[?&]t="))
+
+
+def test_the_map_follows_what_is_heard_now(page: Page, installation: Installation) -> None:
+    """A vessel that a feed hears is there within seconds, by itself; another moment ends it."""
+    site_id = installation.harbour.site_id
+    with installation.database.writing() as session:
+        feed_id = make_feed(session, site_id, "live")["feed_id"]
+        origin = session.get_one(Site, site_id)
+        place = {"lat_deg": origin.origin_lat_deg, "lon_deg": origin.origin_lon_deg}
+    try:
+        page.goto(f"/sites/{site_id}/map?live=1")
+        live = page.locator("[data-part=live]")
+        expect(live).to_have_text("Live: waiting for the first report")
+        with installation.database.writing() as session:
+            site = session.get_one(Site, site_id)
+            make_position(session, site, now(), mmsi=MMSI, **place).feed_id = feed_id
+        expect(page.locator(f'[data-vessel="{MMSI}"]')).to_be_visible(timeout=15_000)
+        expect(live).to_have_text("Live")
+        page.locator("[data-part=slider]").press("ArrowLeft")
+        expect(live).to_be_empty()
+        expect(page.get_by_role("button", name="Follow live")).to_have_attribute(
+            "aria-pressed", "false"
+        )
+    finally:
+        with installation.database.writing() as session:
+            session.execute(sa.delete(AisPosition).where(AisPosition.feed_id == feed_id))
+            session.delete(session.get_one(AisFeed, feed_id))
 
 
 def test_coverage_leads_from_images_to_the_map(page: Page, installation: Installation) -> None:

@@ -10,8 +10,11 @@ describe("the map's address", () => {
       windowS: 3600,
       box: [9.9, 53.5, 10.1, 53.6] as const,
       vessel: "V-7KQ2MB5RXA3D",
+      isLive: false,
     };
     expect(readAddress(writeAddress(state))).toEqual(state);
+    const live = { ...state, momentS: null, isLive: true };
+    expect(readAddress(writeAddress({ ...live, momentS: state.momentS }))).toEqual(live);
   });
 
   it("passes over what is no moment, window or box", () => {
@@ -20,6 +23,7 @@ describe("the map's address", () => {
       windowS: 1800,
       box: null,
       vessel: null,
+      isLive: false,
     });
   });
 });

@@ -8,6 +8,8 @@ export interface MapState {
   readonly box: readonly [number, number, number, number] | null;
   /** An MMSI or a pseudonym. */
   readonly vessel: string | null;
+  /** Whether the map follows live traffic; the moment is now then. */
+  readonly isLive: boolean;
 }
 
 export const DEFAULT_WINDOW_S = 1800;
@@ -25,12 +27,15 @@ export function readAddress(search: string): MapState {
     windowS: window > 0 && window <= LONGEST_WINDOW_S ? window : DEFAULT_WINDOW_S,
     box: isBox ? [west, south, east, north] : null,
     vessel: query.get("vessel") ?? query.get("mmsi"),
+    isLive: query.get("live") === "1",
   };
 }
 
-export function writeAddress({ momentS, windowS, box, vessel }: MapState): string {
+export function writeAddress({ momentS, windowS, box, vessel, isLive }: MapState): string {
   const parts: string[] = [];
-  if (momentS !== null) {
+  if (isLive) {
+    parts.push("live=1");
+  } else if (momentS !== null) {
     parts.push(`t=${new Date(Math.round(momentS) * 1000).toISOString().replace(".000", "")}`);
   }
   if (windowS !== DEFAULT_WINDOW_S) {

@@ -66,10 +66,26 @@ export class Chunks {
       ],
       toleranceM: wanted.toleranceM,
     };
+    this.reload();
+  }
+
+  get loaded(): Scope | null {
+    return this.scope;
+  }
+
+  /** Loads all anew: what was loaded may lack what came since. */
+  reload(): void {
     this.generation += 1;
     this.loading.clear();
     this.store.clear();
     this.next();
+  }
+
+  /** Loads a chunk again, to take the place of what is there. */
+  renew(chunk: number): void {
+    if (this.scope !== null && this.store.has(chunk) && !this.loading.has(chunk)) {
+      void this.load(chunk, this.scope, this.generation);
+    }
   }
 
   need(momentS: number, windowS: number, aheadS: number): void {

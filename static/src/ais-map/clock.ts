@@ -5,6 +5,8 @@ const LONGEST_FRAME_S = 0.25;
 
 export class Clock {
   isPlaying = false;
+  /** Whether the moment is now, and moves on with it. */
+  isLive = false;
   /** Seconds of traffic in a second. */
   speed = 60;
   private lastMs = 0;
@@ -21,7 +23,15 @@ export class Clock {
   }
 
   set(momentS: number): void {
+    this.isLive = false;
     this.momentS = momentS;
+    this.onChange();
+  }
+
+  follow(nowS: number): void {
+    this.isPlaying = false;
+    this.isLive = true;
+    this.momentS = nowS;
     this.onChange();
   }
 
@@ -40,6 +50,7 @@ export class Clock {
       return;
     }
     this.isPlaying = true;
+    this.isLive = false;
     this.lastMs = performance.now();
     requestAnimationFrame(this.tick);
   }

@@ -119,13 +119,14 @@ export function drawVessels(
   chosen: Track | null,
   palette: Palette,
   sprites: Sprites,
+  quietS: number,
 ): void {
   pen.clearRect(0, 0, frame.widthPx, frame.heightPx);
   const inSight = present.filter(({ at }) => isInSight(frame, at));
   for (const isSilent of [false, true]) {
     pen.globalAlpha = isSilent ? 0.55 : 1;
     for (const { track, at } of inSight) {
-      if ((at.silentS > 0) === isSilent) {
+      if ((at.silentS > quietS) === isSilent) {
         const [x, y] = placeOf(frame, at);
         sprites.put(pen, x, y, at.headingDeg, track.about.ais_class === "B");
       }

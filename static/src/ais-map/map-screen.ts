@@ -6,8 +6,9 @@ import { EnuFrame } from "../geometry/geodesy";
 import { part } from "../page/parts";
 import { LocalGrid } from "../register/map/local-grid";
 import { readAddress, writeAddress } from "./address";
-import { Chunks } from "./chunks";
+import { CHUNK_S, Chunks } from "./chunks";
 import { Clock } from "./clock";
+import { Follower } from "./follower";
 import { TimeBar } from "./time-bar";
 import { latOf, lonOf, TrackStore, type Track } from "./track-store";
 import { TrafficLayer } from "./traffic-layer";
@@ -19,6 +20,10 @@ const LIST_MS = 500;
 const SETTLE_MS = 400;
 /** So far ahead tracks are wanted: as long as a silence, and half a minute of play. */
 const AHEAD_S = 600;
+/** Class B and who lies at anchor report every three minutes. */
+const QUIET_S = 200;
+/** What an ended chunk still gets from slow receivers, before it is loaded again, thinned and judged. */
+const LATE_S = 30;
 const EQUATOR_M_PER_PX = 156_543;
 
 interface FieldOfView {
@@ -38,6 +43,7 @@ export class MapScreen {
   private readonly bar: TimeBar;
   private readonly layer: TrafficLayer;
   private readonly panel: VesselPanel;
+  private readonly follower: Follower;
   private readonly fields = L.layerGroup();
   private views: readonly FieldOfView[] = [];
   private wanted: string | null;
@@ -45,6 +51,7 @@ export class MapScreen {
   private listedMs = 0;
   private askedFor = "";
   private shownFields = "";
+  private renewedChunk = 0;
 
   constructor(private readonly root: HTMLElement) {
     const { dataset } = root;
@@ -77,12 +84,31 @@ export class MapScreen {
     const last = Date.parse(dataset["last"] ?? "") / 1000;
     const moment = state.momentS ?? (Number.isNaN(last) ? Date.now() / 1000 : last);
     this.clock = new Clock(moment, state.windowS, () => { this.show(); }, () => { this.settle(); });
+    this.follower = new Follower(Number(dataset["site"]), {
+      scope: () => this.chunks.loaded,
+      moveTo: (momentS) => { this.clock.follow(momentS); },
+      begin: () => { this.chunks.reload(); },
+      take: (news) => {
+        this.store.append(news, CHUNK_S);
+        this.layer.changedInPart();
+      },
+      say: (words) => { this.tellLive(words); },
+    });
     this.bar = new TimeBar(root, this.clock, dataset["timezone"] ?? "UTC");
     this.layer = new TrafficLayer(this.map, this.store);
     this.panel = new VesselPanel(root, (track) => { this.choose(track); });
     this.map.on("moveend", () => {
       this.look();
       this.settle();
+    });
+    root.querySelector("[data-act=follow]")?.addEventListener("click", () => {
+      this.follow(!this.follower.isOn);
+    });
+    document.addEventListener("keydown", (event) => {
+      const isTyping = (event.target as HTMLElement).closest("input:not([type=range]), select, textarea") !== null;
+      if (event.code === "KeyL" && !isTyping && !event.ctrlKey && !event.altKey && !event.metaKey) {
+        this.follow(!this.follower.isOn);
+      }
     });
     this.map.on("click", (event) => {
       this.choose(this.layer.hit(event.containerPoint));
@@ -93,9 +119,51 @@ export class MapScreen {
   async begin(): Promise<void> {
     this.look();
     this.show();
+    if (readAddress(location.search).isLive) {
+      this.follow(true);
+    }
     const found = await call(`/api/v1/sites/${this.root.dataset["site"] ?? ""}/fields-of-view`);
     this.views = (found as { readonly items: readonly FieldOfView[] }).items;
     this.drawFields();
+  }
+
+  private follow(isWanted: boolean): void {
+    if (this.root.querySelector("[data-act=follow]") === null) {
+      return; // no feed to follow
+    }
+    if (isWanted) {
+      this.renewedChunk = 0;
+      this.follower.start();
+    } else {
+      this.follower.stop();
+      this.clock.isLive = false;
+    }
+    this.layer.quietS = isWanted ? QUIET_S : 0;
+    this.root.querySelector("[data-act=follow]")?.setAttribute("aria-pressed", String(isWanted));
+    this.settle();
+  }
+
+  /** Any other moment than now ends it. */
+  private stayLive(): void {
+    if (!this.follower.isOn) {
+      return;
+    }
+    if (!this.clock.isLive && this.renewedChunk !== 0) {
+      this.follow(false);
+      return;
+    }
+    const ended = Math.floor((this.clock.momentS - LATE_S) / CHUNK_S) - 1;
+    if (this.renewedChunk !== 0 && ended > this.renewedChunk) {
+      this.chunks.renew(ended);
+    }
+    this.renewedChunk = ended;
+  }
+
+  private tellLive(words: string): void {
+    const place = part(this.root, "live");
+    if (place.textContent !== words) {
+      place.textContent = words;
+    }
   }
 
   private furnish(site: L.LatLngTuple, { tileUrl = "", tileAttribution = "" }: DOMStringMap): void {
@@ -122,6 +190,7 @@ export class MapScreen {
 
   private show(): void {
     const { clock } = this;
+    this.stayLive();
     const ahead = AHEAD_S + (clock.isPlaying ? clock.speed * 15 : 0);
     this.chunks.need(clock.momentS, clock.windowS, Math.min(ahead, 3 * 3600));
     this.layer.show(clock.momentS, clock.windowS);
@@ -204,6 +273,7 @@ export class MapScreen {
         windowS: this.clock.windowS,
         box: [bounds.getWest(), bounds.getSouth(), bounds.getEast(), bounds.getNorth()],
         vessel: chosen === null ? this.wanted : String(chosen.id),
+        isLive: this.follower.isOn,
       });
       if (address !== this.askedFor) {
         this.askedFor = address;

@@ -40,17 +40,21 @@ export interface Points {
 
 export interface Track extends Points {
   readonly id: number | string;
-  readonly about: MovedJson;
+  about: MovedJson;
   readonly flags: ReadonlySet<string>;
 }
 
+/** So long what came live is kept apart, for chunks that were asked for before it came. */
+const RECENT = 40;
 const PER_DEGREE = 1e-5;
 const NAMES = ["t", "x", "y", "sog", "cog", "heading"] as const;
 
 export class TrackStore {
   tracks: readonly Track[] = [];
   silenceS = 600;
-  private readonly chunks = new Map<number, ReadonlyMap<string, Track>>();
+  private chunkS = 600;
+  private readonly chunks = new Map<number, Map<string, Track>>();
+  private recent: StretchJson[] = [];
 
   has(chunk: number): boolean {
     return this.chunks.has(chunk);
@@ -64,7 +68,52 @@ export class TrackStore {
       chunk,
       new Map(stretch.vessels.map((moved) => [String(moved.mmsi), unpacked(moved, startS)])),
     );
+    for (const news of this.recent) {
+      this.putIn(news);
+    }
     this.join();
+  }
+
+  /** Takes what came live, of `chunkS` seconds a chunk; what is there already is not taken twice. */
+  append(news: StretchJson, chunkS: number): void {
+    this.chunkS = chunkS;
+    this.recent = [...this.recent, news].slice(-RECENT);
+    this.putIn(news);
+    const known = new Map(this.tracks.map((track) => [String(track.id), track]));
+    const startS = Date.parse(news.start) / 1000;
+    const fresh: Track[] = [];
+    for (const moved of news.vessels) {
+      const track = unpacked(moved, startS);
+      const own = known.get(String(moved.mmsi));
+      if (own === undefined) {
+        fresh.push(track);
+      } else {
+        put(own, track);
+      }
+    }
+    if (fresh.length > 0) {
+      this.tracks = [...this.tracks, ...fresh];
+    }
+  }
+
+  private putIn(news: StretchJson): void {
+    const startS = Date.parse(news.start) / 1000;
+    for (const moved of news.vessels) {
+      const track = unpacked(moved, startS);
+      track.t.forEach((seconds, index) => {
+        const own = this.chunks.get(Math.floor(seconds / this.chunkS));
+        if (own === undefined) {
+          return; // not loaded yet: it will come with its chunk
+        }
+        const known = own.get(String(moved.mmsi));
+        if (known === undefined) {
+          own.set(String(moved.mmsi), pointOf(track, index));
+        } else {
+          known.about = moved;
+          insert(known, track, index);
+        }
+      });
+    }
   }
 
   /** Forgets all chunks but these. */
@@ -77,6 +126,7 @@ export class TrackStore {
   }
 
   clear(): void {
+    this.recent = [];
     this.chunks.clear();
   }
 
@@ -100,10 +150,38 @@ export class TrackStore {
   }
 }
 
+function pointOf(track: Track, index: number): Track {
+  const point = Object.fromEntries(
+    NAMES.map((name) => [name, track[name].slice(index, index + 1)]),
+  ) as unknown as Points;
+  return { ...point, id: track.id, about: track.about, flags: track.flags };
+}
+
+function put(into: Track, from: Track): void {
+  into.about = from.about;
+  from.t.forEach((_, index) => {
+    insert(into, from, index);
+  });
+}
+
+/** Puts a point of one track into another, by its time, unless there is one of that time. */
+function insert(into: Points, from: Points, index: number): void {
+  const seconds = from.t[index] ?? 0;
+  let at = into.t.length;
+  while (at > 0 && (into.t[at - 1] ?? 0) >= seconds) {
+    at -= 1;
+  }
+  if (into.t[at] !== seconds) {
+    for (const name of NAMES) {
+      into[name].splice(at, 0, from[name][index] ?? 0);
+    }
+  }
+}
+
 function joined(parts: readonly Track[]): readonly Track[] {
   const last = parts[parts.length - 1];
-  if (last === undefined || parts.length === 1) {
-    return parts;
+  if (last === undefined) {
+    return [];
   }
   const points = Object.fromEntries(
     NAMES.map((name) => [name, parts.flatMap((part) => part[name])]),

@@ -30,6 +30,8 @@ interface Redrawing {
 
 export class TrafficLayer {
   chosen: Track | null = null;
+  /** Vessels not heard for longer are drawn faint, seconds; whoever follows waits for the next report. */
+  quietS = 0;
   private present: readonly Present[] = [];
   private momentS = 0;
   private windowS = 0;
@@ -93,6 +95,11 @@ export class TrafficLayer {
     this.show(this.momentS, this.windowS);
   }
 
+  /** Tracks have grown: vessels are drawn at once, the lines with the next round. */
+  changedInPart(): void {
+    this.show(this.momentS, this.windowS);
+  }
+
   /** The vessel at a place of the map's container. */
   hit({ x, y }: L.Point): Track | null {
     const { frame } = this;
@@ -128,7 +135,7 @@ export class TrafficLayer {
       this.redrawing = { span, tracks: this.store.tracks, next: 0 };
       requestAnimationFrame(this.drawSome);
     }
-    drawVessels(this.vessels, frame, this.present, chosen, palette, this.sprites);
+    drawVessels(this.vessels, frame, this.present, chosen, palette, this.sprites, this.quietS);
   }
 
   private readonly drawSome = (): void => {

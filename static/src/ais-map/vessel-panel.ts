@@ -2,6 +2,7 @@
 import { heading, number, position, quantity } from "../format";
 import { element, part } from "../page/parts";
 import { titleOf, type Present } from "./drawing";
+import { ago } from "./live-words";
 import { latOf, lonOf, type Track } from "./track-store";
 
 const MOST_LISTED = 200;
@@ -84,7 +85,7 @@ export class VesselPanel {
         ["Speed", quantity(at.sogKn, "kn", 1)],
         [at.isCourse && at.headingDeg !== null ? "Course" : "Heading", heading(at.headingDeg)],
         ["Place", position(latOf(at.y), lonOf(at.x))],
-        ["Heard", at.silentS > 0 ? `last ${number(at.silentS / 60)} min ago` : "before and after"],
+        ["Heard", at.silentS > 0 ? `last ${ago(at.silentS)} ago` : "before and after"],
       );
     }
     const list = element("dl", "facts");

@@ -1,17 +1,18 @@
 """Positions, vessels and tracks come out: filtered, in pages, within the sites one may read."""
 
 from collections.abc import Callable
-from datetime import timedelta
+from datetime import datetime, timedelta
 
 import pytest
 from starlette.testclient import TestClient
 
 from app.ais.service import Area, reports_between
-from app.db import Database
+from app.db import Database, now
 from app.domain.ais import PositionReport, StaticReport
 from app.tables.identity import Role
 from tests.factories.ais import MMSI, NOON, make_position, make_static, make_vessel
 from tests.factories.sites import make_site
+from tests.factories.world import make_feed
 from tests.integration.conftest import MakeUser
 
 MINUTE = timedelta(minutes=1)
@@ -153,6 +154,39 @@ def test_the_maps_tracks_are_steps_from_the_stretchs_beginning(
     assert (vessel["mmsi"], vessel["flags"]) == (MMSI, [])
     assert (vessel["t"], vessel["lat"], vessel["sog"]) == ([60, 60], [5_350_000, 100], [-1, 95])
     assert found["read_until"] == found["end"]
+
+
+def test_a_map_that_follows_is_told_only_what_is_new(
+    client: TestClient, database: Database
+) -> None:
+    """From the first answer on each live position comes once; imports and wrong clocks do not."""
+    moment = now().replace(microsecond=0)
+
+    def hear(*seconds_ago: float, mmsi: int = MMSI) -> None:
+        with database.writing() as session:
+            for ago_s in seconds_ago:
+                at = moment - timedelta(seconds=ago_s)
+                make_position(session, site, at, mmsi=mmsi).feed_id = feed_id
+
+    with database.writing() as session:
+        site = make_site(session)
+        feed_id = make_feed(session, site.id, "elbe")["feed_id"]
+    hear(9)
+    path = f"/api/v1/sites/{site.id}/ais/tracks/new"
+    first = client.get(path).json()
+    assert first["vessels"] == []
+    hear(3, 6, -900, 4_000)
+    hear(5, mmsi=MMSI + 1)
+    with database.writing() as session:
+        make_position(session, site, moment, mmsi=MMSI + 2)  # of a recording
+    second = client.get(path, params={"after": first["after"], "bbox": "9,53,10,54"}).json()
+    told = {vessel["mmsi"]: vessel["t"] for vessel in second["vessels"]}
+    assert {mmsi: len(times) for mmsi, times in told.items()} == {MMSI: 2, MMSI + 1: 1}
+    begun = datetime.fromisoformat(second["start"])
+    assert begun + timedelta(seconds=told[MMSI][0]) == moment - timedelta(seconds=6)
+    third = client.get(path, params={"after": second["after"]}).json()
+    assert (third["vessels"], third["after"], third["is_cut"]) == ([], second["after"], False)
+    assert client.get(path, params={"after": 2**70}).status_code == 422
 
 
 def test_reports_for_fusion(database: Database) -> None:
