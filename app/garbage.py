@@ -18,6 +18,14 @@ def set_startup_aside() -> None:
 
 
 @contextmanager
+def loading() -> Iterator[None]:
+    """Collect nothing while a command loads what it needs, and leave that aside ever after."""
+    with collection_paused():
+        yield
+    gc.freeze()
+
+
+@contextmanager
 def collection_paused() -> Iterator[None]:
     """Collect no cycles while many objects are made at once; each looks at all made before it."""
     was_enabled = gc.isenabled()

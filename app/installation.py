@@ -7,24 +7,39 @@ should not wait for that.
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 from app import schema
 from app.config import Settings, get_settings
 from app.db import Database
-from app.jobs import JobClient
 from app.logs import configure_logs
 from app.storage import Storage
 
+if TYPE_CHECKING:
+    from app.jobs import JobClient
 
-@dataclass(frozen=True, slots=True)
+
 class Installation:
     """The parts that commands ask services to work with."""
 
-    settings: Settings
-    database: Database
-    storage: Storage
-    jobs: JobClient
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.database = Database(settings.database_url)
+        self.storage = Storage(settings.storage_url)
+
+    @cached_property
+    def jobs(self) -> "JobClient":
+        """The jobs; few commands need them, and their engine takes a while to load."""
+        from app.jobs import JobClient  # noqa: PLC0415  see above
+
+        return JobClient(self.settings.database_url)
+
+    def close(self) -> None:
+        """Let go of the database."""
+        if "jobs" in self.__dict__:
+            self.jobs.destroy()
+        self.database.dispose()
 
 
 @contextmanager
@@ -34,12 +49,9 @@ def open_installation() -> Iterator[Installation]:
     Raises Conflict while the database is not at this version.
     """
     configure_logs(logging.WARNING)
-    settings = get_settings()
-    database = Database(settings.database_url)
-    jobs = JobClient(settings.database_url)
+    here = Installation(get_settings())
     try:
-        schema.refuse_other_version(database)
-        yield Installation(settings, database, Storage(settings.storage_url), jobs)
+        schema.refuse_other_version(here.database)
+        yield here
     finally:
-        jobs.destroy()
-        database.dispose()
+        here.close()

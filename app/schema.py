@@ -18,7 +18,6 @@ from alembic.script import ScriptDirectory
 
 from app.db import ONLY_ON, Base, Database
 from app.errors import Conflict
-from app.jobs import migrate_job_tables
 from app.locator import locate
 
 
@@ -31,6 +30,8 @@ def _config(connection: object) -> Config:
 
 def upgrade(database: Database, revision: str = "head") -> None:
     """Bring the database up to a revision; the job engine's tables come along."""
+    from app.jobs import migrate_job_tables  # noqa: PLC0415  commands need no engine of jobs
+
     with migrating(database) as connection:
         upgrade_within(connection, revision)
     migrate_job_tables(database.url)

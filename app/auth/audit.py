@@ -1,14 +1,18 @@
 """The audit log: every change leaves a line, in the transaction that made the change."""
 
+from typing import TYPE_CHECKING
+
 from sqlalchemy.orm import Session
 
-from app.auth.access import Access
 from app.tables.identity import AuditEntry
+
+if TYPE_CHECKING:  # commands note their changes without loading the web's framework
+    from app.auth.access import Access
 
 
 def record(
     session: Session,
-    access: Access | None,
+    access: "Access | None",
     action: str,
     entity: str,
     entity_id: int | None,

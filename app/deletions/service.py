@@ -13,11 +13,9 @@ import sqlalchemy as sa
 import structlog
 from sqlalchemy.orm import Session
 
-from app.ais import service as ais
 from app.db import Database, now
 from app.deletions import extents, repository
 from app.errors import Conflict, NotFound
-from app.feeds import service as feeds
 from app.imagery import service as imagery
 from app.paging import Paging
 from app.storage import Storage
@@ -124,6 +122,8 @@ def restore(session: Session, deletion: Deletion) -> None:
     if repository.is_replaced(session, deletion):
         raise Conflict(TAKEN[deletion.entity])
     if deletion.entity == "feed" and deletion.entity_id is not None:
+        from app.feeds import service as feeds  # noqa: PLC0415  batches of images load no AIS
+
         feeds.restore_feed(session, deletion.entity_id)
     cameras = repository.viewport_cameras(session, deletion)
     try:
@@ -156,6 +156,8 @@ def purge(database: Database, storage: Storage, before: datetime | None = None) 
             if not ids:
                 break
             if table is AisFile:
+                from app.ais import service as ais  # noqa: PLC0415  see restore
+
                 ais.remove_files(database, ids)
             name = table.__tablename__
             removed[name] = removed.get(name, 0) + len(ids)

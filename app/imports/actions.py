@@ -13,6 +13,7 @@ from app.edits import flush_edit
 from app.errors import looked_up_by
 from app.imports import intake, paths, receiving, service
 from app.imports.intake import Place
+from app.imports.octets import Octets
 from app.imports.parts import Parts
 from app.imports.schemas import FileIn, ImportIn, TimesTableOut
 from app.imports.times import TimeSettings
@@ -66,7 +67,7 @@ def _take(place: Place, import_id: int, sent: Sequence[tuple[str, BinaryIO]]) ->
         if paths.is_archive(file.path):
             intake.unpack(place, import_id, file, stream)
             continue
-        portion.append(intake.Blob(file.path, stream.read(), file.id))
+        portion.append(intake.Blob(file.id, stream.read))
         held_bytes += file.size_bytes
         if held_bytes >= intake.PORTION_BYTES:
             intake.stage(place, import_id, portion)
@@ -98,7 +99,7 @@ def announce(
 
 
 def receive_pack(
-    place: Place, access: Access, import_id: int, file_ids: str, body: bytes
+    place: Place, access: Access, import_id: int, file_ids: str, body: Octets
 ) -> list[ImportFile]:
     """Take whole photographs; the ids have commas between."""
     _require(place, access, import_id)
@@ -106,7 +107,7 @@ def receive_pack(
 
 
 def receive_piece(
-    place: Place, access: Access, import_id: int, file_id: int, offset: int, body: bytes
+    place: Place, access: Access, import_id: int, file_id: int, offset: int, body: Octets
 ) -> ImportFile:
     """Take a piece of a file."""
     _require(place, access, import_id)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.errors import AppError, Invalid, TooLarge
+from app.garbage import loading
 from app.imports.rules import TimeRule
 from app.path_arguments import files_of
 
@@ -66,10 +67,11 @@ def import_images(
     Broken off, or after --dry-run, the same command goes on where it was. No image of a batch is
     seen before all of it is there. Zone and patterns are the camera's unless given.
     """
-    from app.imports import service
-    from app.imports.intake import Place
-    from app.installation import open_installation
-    from app.sites.service import get_camera
+    with loading():
+        from app.imports import service
+        from app.imports.intake import Place
+        from app.installation import open_installation
+        from app.sites.service import get_camera
 
     files, left_out = files_of(paths, ENDINGS)
     name = ", ".join(str(path) for path in paths)[:200]
@@ -184,9 +186,8 @@ def _take_in(
     from app.imports.intake import Blob, stage
 
     def take(portion: Sequence[tuple[Path, "ImportFile"]]) -> int:
-        blobs = [Blob(row.path, file.read_bytes(), row.id) for file, row in portion]
-        stage(place, import_id, blobs)
-        return sum(len(blob.data) for blob in blobs)
+        changes = stage(place, import_id, [Blob(row.id, file.read_bytes) for file, row in portion])
+        return sum(int(change["received_bytes"]) for change in changes)
 
     portions = _portions(items)
     with ThreadPoolExecutor(AT_ONCE) as pool:

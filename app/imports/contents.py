@@ -10,9 +10,8 @@ from app.imagery import photo
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """A photograph's bytes with what they tell; `exif_at` is naive where EXIF names no zone."""
+    """What a photograph's bytes tell; `exif_at` is naive where EXIF names no zone."""
 
-    data: bytes
     sha256: str
     media_type: str
     width_px: int
@@ -28,7 +27,6 @@ def read(data: bytes, max_pixels: int) -> Content | str:
     except (Invalid, TooLarge, UnsupportedMedia) as error:
         return error.detail.removeprefix("file: ")
     return Content(
-        data,
         hashlib.sha256(data).hexdigest(),
         header.media_type,
         header.width_px,

@@ -2,10 +2,11 @@
 
 All slow work (checking, hashing, storing) comes before the first statement that writes. A file is
 worth something only once its bytes are on the disk, so its row says so last; whatever breaks off
-in between leaves a file that is still waited for.
+in between leaves a file that is still waited for. Files are read, checked and written one after
+the other, so that only one is held however many are flushed together.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import IO, Any
 
@@ -18,7 +19,7 @@ from app.imports.contents import Content, read
 from app.imports.schemas import FileIn
 from app.imports.service import open_import
 from app.storage import Storage
-from app.storing_together import put_many
+from app.storing_together import StoringTogether
 from app.tables.imports import FileState, ImportFile
 
 MOST_FILES = 200_000
@@ -38,11 +39,10 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Blob:
-    """A file's bytes; without a row of its own yet where it comes out of an archive."""
+    """An announced file, and how its bytes are read once it is its turn."""
 
-    path: str
-    data: bytes
-    file_id: int | None = None
+    file_id: int
+    read: Callable[[], bytes]
 
 
 def announce(place: Place, import_id: int, sent: Sequence[FileIn]) -> list[ImportFile]:
@@ -129,25 +129,21 @@ def stage(place: Place, import_id: int, blobs: Sequence[Blob]) -> list[dict[str,
 
     Raises StorageFull with all of them still waited for, Conflict for a batch that is closed.
     """
-    changes = [
-        {**facts, "id": blob.file_id, "received_bytes": len(blob.data)}
-        for blob, facts in zip(blobs, _store(place, blobs), strict=True)
-    ]
+    with StoringTogether(place.storage) as together:
+        changes = [{**_taken(place, together, blob.read()), "id": blob.file_id} for blob in blobs]
+        together.settle()
     with place.database.writing() as session:
         open_import(session, import_id)
         repository.update_files(session, changes)
     return changes
 
 
-def _store(place: Place, blobs: Sequence[Blob]) -> list[dict[str, Any]]:
-    """Check bytes and store those that are photographs; returns each one's facts."""
-    limit = place.settings.max_image_pixels
-    contents = [read(blob.data, limit) for blob in blobs]
-    put_many(
-        place.storage,
-        {content.sha256: content.data for content in contents if isinstance(content, Content)},
-    )
-    return [_facts(content) for content in contents]
+def _taken(place: Place, together: StoringTogether, data: bytes) -> dict[str, Any]:
+    """Check bytes and store them if they are a photograph; returns what they turned out to be."""
+    content = read(data, place.settings.max_image_pixels)
+    if isinstance(content, Content):
+        together.add(content.sha256, data)
+    return _facts(content) | {"received_bytes": len(data)}
 
 
 def _facts(content: Content | str) -> dict[str, Any]:
@@ -170,11 +166,13 @@ def unpack(place: Place, import_id: int, archive: ImportFile, stream: IO[bytes])
 
     Raises TooLarge and Invalid for an archive that is hostile or damaged; it is then refused.
     """
-    try:
-        rows = list(_entries(place, import_id, archive, stream))
-    except (TooLarge, Invalid) as error:
-        refuse(place, import_id, archive.id, error.detail.removeprefix("file: "))
-        raise
+    with StoringTogether(place.storage) as together:
+        try:
+            rows = list(_entries(place, together, archive, stream))
+        except (TooLarge, Invalid) as error:
+            refuse(place, import_id, archive.id, error.detail.removeprefix("file: "))
+            raise
+        together.settle()
     with place.database.writing() as session:
         open_import(session, import_id)
         if repository.count_files(session, import_id) + len(rows) > MOST_FILES:
@@ -194,47 +192,34 @@ def refuse(place: Place, import_id: int, file_id: int, reason: str) -> None:
 
 
 def _entries(
-    place: Place, import_id: int, archive: ImportFile, stream: IO[bytes]
+    place: Place, together: StoringTogether, archive: ImportFile, stream: IO[bytes]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the row of every file in an archive; the bytes of photographs are stored by then."""
+    """Yield the row of every file in an archive, and take the bytes of photographs."""
     passed_over: list[str] = []
+    longest_bytes = place.settings.max_upload_bytes
     limits = archives.Limits(place.settings.max_archive_bytes, entries=ENTRIES)
-    read_in = archives.entries(stream, limits, passed_over)
-    waiting: list[Blob] = []
-    waiting_bytes = 0
-    for number, (name, entry) in enumerate(read_in):
-        path = f"{archive.path}/{name}"
-        base = _base(import_id, path, number)
+    for number, (name, entry) in enumerate(archives.entries(stream, limits, passed_over)):
+        base = _base(archive, name, number)
         unwanted = _unwanted_entry(name)
         if unwanted is not None:
             yield base | unwanted
             continue
-        data = entry.read(place.settings.max_upload_bytes + 1)
-        if len(data) > place.settings.max_upload_bytes:
-            reason = f"is larger than {place.settings.max_upload_bytes:,} bytes"
+        data = entry.read(longest_bytes + 1)
+        if len(data) > longest_bytes:
+            reason = f"is larger than {longest_bytes:,} bytes"
             yield base | dict.fromkeys(_FACTS) | {"state": FileState.REFUSED, "reason": reason}
             continue
-        waiting.append(Blob(path, data, number))
-        waiting_bytes += len(data)
-        if waiting_bytes >= PORTION_BYTES:
-            yield from _stored(place, import_id, waiting)
-            waiting, waiting_bytes = [], 0
-    yield from _stored(place, import_id, waiting)
+        yield base | _taken(place, together, data) | {"size_bytes": len(data)}
     for number, name in enumerate(passed_over):
-        base = _base(import_id, f"{archive.path}/{name}", -1 - number)
+        base = _base(archive, name, -1 - number)
         yield base | dict.fromkeys(_FACTS) | {"state": FileState.SKIPPED}
 
 
-def _stored(place: Place, import_id: int, blobs: Sequence[Blob]) -> Iterator[dict[str, Any]]:
-    for blob, facts in zip(blobs, _store(place, blobs), strict=True):
-        size = {"size_bytes": len(blob.data), "received_bytes": len(blob.data)}
-        yield _base(import_id, blob.path, blob.file_id or 0) | facts | size
-
-
-def _base(import_id: int, path: str, number: int) -> dict[str, Any]:
+def _base(archive: ImportFile, name: str, number: int) -> dict[str, Any]:
     """Return an entry's row; its number in the archive keeps entries of one name apart."""
+    path = f"{archive.path}/{name}"
     return {
-        "import_id": import_id,
+        "import_id": archive.import_id,
         "path": paths.shown(path),
         "path_key": paths.path_key(f"{path}\0{number}"),
         "size_bytes": 0,

@@ -6,10 +6,12 @@ after a lost connection the row of the file says from where to go on.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 from app.errors import Conflict, Invalid, NotFound, TooLarge
 from app.imports import intake, paths, repository
 from app.imports.intake import Blob, Place
+from app.imports.octets import Octets
 from app.imports.parts import Parts
 from app.imports.service import get, open_import
 from app.tables.imports import FileState, ImportFile
@@ -19,16 +21,17 @@ NO_FILE = "there is no such file in this import; announce it first"
 
 
 def receive_pack(
-    place: Place, import_id: int, file_ids: Sequence[int], body: bytes
+    place: Place, import_id: int, file_ids: Sequence[int], body: Octets
 ) -> list[ImportFile]:
     """Take whole photographs, their bytes one behind the other in the order of the ids.
 
     Raises Invalid when the bytes are not as many as were announced; then nothing is taken.
     """
     wanted = _files(place, import_id, file_ids)
-    if len(body) != sum(file.size_bytes for file in wanted):
+    if body.size_bytes != sum(file.size_bytes for file in wanted):
         raise Invalid.field(
-            "files", f"the pack has {len(body)} bytes, but these files announced another number"
+            "files",
+            f"the pack has {body.size_bytes} bytes, but these files announced another number",
         )
     if any(paths.is_archive(file.path) for file in wanted):
         raise Invalid.field("files", "an archive is sent by itself, in pieces")
@@ -37,14 +40,14 @@ def receive_pack(
     for file in wanted:
         # What came once is not stored twice: a lost answer is no lost work.
         if file.state is FileState.WAITING:
-            blobs.append(Blob(file.path, body[at : at + file.size_bytes], file.id))
+            blobs.append(Blob(file.id, partial(body.part, at, at + file.size_bytes)))
         at += file.size_bytes
     _stage(place, import_id, wanted, blobs)
     return wanted
 
 
 def receive_piece(
-    place: Place, import_id: int, file_id: int, offset: int, body: bytes
+    place: Place, import_id: int, file_id: int, offset: int, body: Octets
 ) -> ImportFile:
     """Take a piece of a file; with its last one the file is checked, an archive unpacked.
 
@@ -59,15 +62,15 @@ def receive_piece(
             f"{file.received_bytes} bytes of this file are here; go on from there",
             more={"received_bytes": file.received_bytes},
         )
-    reached = offset + len(body)
-    if not body or reached > file.size_bytes:
+    reached = offset + body.size_bytes
+    if not body.size_bytes or reached > file.size_bytes:
         raise Invalid.field("offset", f"the file was announced with {file.size_bytes} bytes")
-    if len(body) == file.size_bytes and not paths.is_archive(file.path):
+    if body.size_bytes == file.size_bytes and not paths.is_archive(file.path):
         # Nothing to put together: it need not be written, flushed and read as a piece first.
-        _stage(place, import_id, [file], [Blob(file.path, body, file.id)])
+        _stage(place, import_id, [file], [Blob(file.id, body.whole)])
         return file
     parts = Parts(place.settings.storage_url)
-    parts.put(import_id, file_id, offset, body)
+    parts.put(import_id, file_id, offset, body.whole())
     if reached < file.size_bytes:
         with place.database.writing() as session:
             open_import(session, import_id)
@@ -106,8 +109,7 @@ def _finish(place: Place, parts: Parts, file: ImportFile) -> None:
             if paths.is_archive(file.path):
                 intake.unpack(place, file.import_id, file, stream)
             else:
-                blob = Blob(file.path, stream.read(), file.id)
-                intake.stage(place, file.import_id, [blob])
+                intake.stage(place, file.import_id, [Blob(file.id, stream.read)])
     except NotFound:
         parts.remove(file.import_id, file.id)
         with place.database.writing() as session:

@@ -21,6 +21,7 @@ from app.errors import Invalid, UnsupportedMedia
 from app.forms import parse
 from app.imports import actions, service
 from app.imports.intake import Place
+from app.imports.octets import Octets
 from app.imports.schemas import (
     CommitIn,
     FileOut,
@@ -52,8 +53,8 @@ async def _place(database: DatabaseDep, storage: StorageDep, settings: SettingsD
     return Place(database, storage, settings)
 
 
-async def _octets(request: Request) -> bytes:
-    return await request.body()
+async def _octets(request: Request) -> Octets:
+    return Octets([piece async for piece in request.stream()])
 
 
 class _Begun:
@@ -87,7 +88,7 @@ async def _begun(request: Request) -> _Begun:
 
 
 PlaceDep = Annotated[Place, Depends(_place)]
-Octets = Annotated[bytes, Depends(_octets)]
+OctetsDep = Annotated[Octets, Depends(_octets)]
 BegunDep = Annotated[_Begun, Depends(_begun)]
 BEGIN: dict[str, Any] = {
     "requestBody": {
@@ -167,7 +168,7 @@ def list_import_files(
 @router.post("/imports/{import_id:int}/pack", openapi_extra=OCTETS)
 def upload_pack(
     import_id: int,
-    body: Octets,
+    body: OctetsDep,
     access: Ingester,
     place: PlaceDep,
     files: Annotated[str, Query(max_length=8_000, description="Ids, with commas between")] = "",
@@ -184,7 +185,7 @@ def upload_pack(
 def upload_piece(
     import_id: int,
     import_file_id: int,
-    body: Octets,
+    body: OctetsDep,
     access: Ingester,
     place: PlaceDep,
     offset: Annotated[int, Query(ge=0, lt=2**53, description="Where in the file it begins")] = 0,

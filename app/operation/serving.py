@@ -17,6 +17,7 @@ from app.errors import AppError
 from app.garbage import set_startup_aside
 from app.logs import configure_logs
 from app.main import create_app
+from app.operation.large_bodies import LargeBodies
 
 GRACE_S = 20
 KEEP_ALIVE_S = 75
@@ -68,6 +69,7 @@ def make_server(settings: Settings, *, quiet: bool = False) -> uvicorn.Server:
     return GracefulServer(
         uvicorn.Config(
             app,
+            http=LargeBodies,
             log_level="warning" if quiet else "info",
             access_log=False,
             server_header=False,

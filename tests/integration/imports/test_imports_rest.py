@@ -11,9 +11,8 @@ from starlette.testclient import TestClient
 from app.config import Settings
 from app.db import Database
 from app.errors import StorageFull
-from app.imports import intake
 from app.storage import Storage
-from app.storing_together import put_many
+from app.storing_together import StoringTogether
 from app.tables.clock import ClockOffset, OffsetSource
 from app.tables.imagery import Image
 from app.tables.imports import ImportFile
@@ -301,8 +300,8 @@ def test_a_full_disk_leaves_all_files_waited_for(
 
     (file,) = sender.announce({"1.jpg": hour(1)})
     pack = {"params": {"files": str(file["id"])}, "content": hour(1)}
-    monkeypatch.setattr(intake, "put_many", full)
-    assert sender.client.post(f"{sender.address}/pack", **pack).status_code == 507
-    monkeypatch.setattr(intake, "put_many", put_many)
+    with monkeypatch.context() as without_room:
+        without_room.setattr(StoringTogether, "settle", full)
+        assert sender.client.post(f"{sender.address}/pack", **pack).status_code == 507
     assert sender.announce({"1.jpg": hour(1)})[0]["state"] == "waiting"
     assert sender.client.post(f"{sender.address}/pack", **pack).status_code == 200
