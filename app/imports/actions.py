@@ -162,10 +162,16 @@ def commit(
     return row
 
 
-def discard(place: Place, access: Access, import_id: int) -> ImageImport:
-    """Give a batch up before it is committed, and its bytes with it."""
+def discard(
+    place: Place, access: Access, import_id: int, check: Check = lambda _: None
+) -> ImageImport:
+    """Give a batch up before it is committed, and its bytes with it.
+
+    `check` compares the version that was looked at.
+    """
     with place.database.writing() as session:
         row = import_for(session, access, Scope.INGEST, import_id)
+        check(row)
         stored = service.discard(session, row)
         record(session, access, "discard", "import", row.id, row.site_id)
     Parts(place.settings.storage_url).remove(import_id)

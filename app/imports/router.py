@@ -227,16 +227,21 @@ def set_import_times(
     return ImportOut.of(row)
 
 
-@router.put("/imports/{import_id:int}/times-table")
+@router.put("/imports/{import_id:int}/times-table", dependencies=[VERSIONED])
 def set_import_times_table(
     import_id: int,
+    request: Request,
     session: SessionDep,
     access: Ingester,
+    response: Response,
     times: Annotated[str, Body(embed=True, max_length=16 * 2**20, description="CSV: name, time")],
 ) -> TimesTableOut:
-    """Give the times as a table: file name (or path), time in ISO 8601."""
+    """Give the times as a table: file name (or path), time in ISO 8601; heeds If-Match."""
     row = actions.import_for(session, access, Scope.INGEST, import_id)
-    return actions.set_listed_times(session, access, row, times)
+    heed_if_match(request, row.version)
+    taken = actions.set_listed_times(session, access, row, times)
+    set_etag(response, row.version)
+    return taken
 
 
 @router.post("/imports/{import_id:int}/commit", dependencies=[VERSIONED])
@@ -260,10 +265,10 @@ def commit_import(
     return ImportOut.of(row)
 
 
-@router.delete("/imports/{import_id:int}", status_code=204)
-def discard_import(import_id: int, access: Ingester, place: PlaceDep) -> None:
-    """Give a batch up that is not committed."""
-    actions.discard(place, access, import_id)
+@router.delete("/imports/{import_id:int}", status_code=204, dependencies=[VERSIONED])
+def discard_import(import_id: int, request: Request, access: Ingester, place: PlaceDep) -> None:
+    """Give a batch up that is not committed; heeds If-Match."""
+    actions.discard(place, access, import_id, lambda row: heed_if_match(request, row.version))
 
 
 @router.get("/imports/{import_id:int}/takes-along")

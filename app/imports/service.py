@@ -13,6 +13,7 @@ from functools import partial
 from typing import Any
 
 from sqlalchemy.orm import Session
+from sqlalchemy.orm.attributes import flag_modified
 
 from app.db import now
 from app.deletions import service as deletions
@@ -131,6 +132,8 @@ def set_listed_times(session: Session, row: ImageImport, text: str) -> TimesTabl
             used.add(name)
             changes.append({"id": file.id, "listed_at": listed[name].isoformat()})
     repository.update_files(session, changes)
+    flag_modified(row, "times")  # a new version: what was looked at is no longer what would come
+    flush_edit(session)
     unknown = [name for name in listed if name not in used]
     return TimesTableOut(
         matched=len(changes), unknown_names=unknown[:UNKNOWN_SHOWN], unknown_count=len(unknown)

@@ -267,7 +267,10 @@ def test_nothing_is_committed_behind_ones_back(sender: Sender) -> None:
 
 
 def test_a_table_gives_the_times(sender: Sender, client: TestClient, camera: Camera) -> None:
-    """Names with times in a CSV are matched to files by path or by name; a bad line takes none."""
+    """Names with times in a CSV are matched to files by path or by name; a bad line takes none.
+
+    Who looked at the batch before the table came is told so.
+    """
     sender.send({"a/1.jpg": photograph(1), "b/2.jpg": photograph(2)})
     address = f"{sender.address}/times-table"
     bad = client.put(address, json={"times": "1.jpg,2026-07-01 10:00:00\n2.jpg,noon\n"})
@@ -275,8 +278,11 @@ def test_a_table_gives_the_times(sender: Sender, client: TestClient, camera: Cam
     table = (
         "name,time\n1.jpg,2026-07-01 10:00:00.25\nb/2.jpg,2026-07-01T10:00:00Z\nc.jpg,2026-07-01\n"
     )
-    answer = client.put(address, json={"times": table}).json()
+    seen = {"If-Match": client.get(sender.address).headers["etag"]}
+    answer = client.put(address, json={"times": table}, headers=seen).json()
     assert (answer["matched"], answer["unknown_names"]) == (2, ["c.jpg"])
+    assert client.put(address, json={"times": table}, headers=seen).status_code == 412
+    assert client.delete(sender.address, headers=seen).status_code == 412
     client.put(
         f"{sender.address}/times",
         json={"rule": "csv", "timezone": "Europe/Berlin"},
