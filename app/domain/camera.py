@@ -60,12 +60,15 @@ class Intrinsics:
 class Camera:
     """A camera with its place in a world frame (ECEF or ENU, metres).
 
-    Raises ValueError when `R_cam_from_world` (3, 3) is no rotation.
+    `covariance` (6, 6) says how unsure its registration is, in a site's ENU frame, as
+    `Registration.covariance`; None where nobody knows. Raises ValueError when `R_cam_from_world`
+    (3, 3) is no rotation.
     """
 
     intrinsics: Intrinsics
     R_cam_from_world: FloatArray
     center_in_world: FloatArray
+    covariance: FloatArray | None = None
 
     def __post_init__(self) -> None:
         R = frozen_array("R_cam_from_world", self.R_cam_from_world, (3, 3))
@@ -77,6 +80,9 @@ class Camera:
         object.__setattr__(self, "R_cam_from_world", R)
         center = frozen_array("center_in_world", self.center_in_world, (3,))
         object.__setattr__(self, "center_in_world", center)
+        if self.covariance is not None:
+            covariance = frozen_array("covariance", self.covariance, (6, 6))
+            object.__setattr__(self, "covariance", covariance)
 
     @property
     def t_cam_from_world(self) -> FloatArray:

@@ -13,13 +13,13 @@ left of a lower edge's error is then small, and the order of ranges tells vessel
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import radians
 from typing import NamedTuple
 
 import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray, IntArray
 from app.domain.camera import Camera
+from app.domain.camera_spread import shared_covariance
 from app.domain.candidates import Candidate
 from app.domain.covariances import apart, carried, factored, inverse
 from app.domain.detection import Detection
@@ -35,6 +35,8 @@ from app.domain.track_votes import Voices, vote
 ROUNDS = 3
 _SUSPICIOUS_SIGMAS = 2.0
 _MOSTLY = 0.5
+# Signs of what goes together of level, pitch and yaw: here a pitch moves lower edges down.
+_DOWNWARDS = np.outer((1.0, -1.0, 1.0), (1.0, -1.0, 1.0))
 
 
 class Odds(NamedTuple):
@@ -95,9 +97,8 @@ def match_by_likelihood(
     chosen: list[list[LikelyPair]] = [[] for _ in scenes]
     if pairing is None:
         return chosen
-    rotation = radians(settings.rotation_sigma_deg)
-    prior = np.diag([settings.level_sigma_m, rotation, rotation]) ** 2
-    information = np.diag(1 / prior.diagonal())
+    prior = _DOWNWARDS * shared_covariance(camera, settings)[:3, :3]
+    information = inverse(prior)
     shared, covariance = np.zeros(3), prior
     for _ in range(ROUNDS):
         judged = _judge(pairing, shared, covariance)

@@ -7,12 +7,13 @@ nothing with AIS.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import log, radians
+from math import log, sqrt
 
 import numpy as np
 
 from app.domain.arrays import BoolArray, FloatArray, IntArray
 from app.domain.camera import Camera
+from app.domain.camera_spread import shared_covariance
 from app.domain.edge_evidence import EdgeShares
 from app.domain.fusion_settings import FusionSettings
 from app.domain.hull_edges import HullEdges
@@ -62,7 +63,7 @@ class PairEvidence:
         hulls = HullEdges.of(camera, candidates)
         counts = [len(scene.candidates) for scene in scenes]
         row, column = boxes.pairs_with(np.repeat(np.arange(len(scenes)), counts))
-        near = _near(boxes, hulls, row, column, settings.rotation_sigma_deg)
+        near = _near(boxes, hulls, row, column, sqrt(shared_covariance(camera, settings)[2, 2]))
         row, column = row[near], column[near]
         if not len(row):
             return None
@@ -97,11 +98,11 @@ class PairEvidence:
 
 
 def _near(
-    boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray, rotation_sigma_deg: float
+    boxes: SeenBoxes, hulls: HullEdges, row: IntArray, column: IntArray, yaw_sigma: float
 ) -> BoolArray:
     """Return which pairs (p,) overlap sideways within ten sigmas: the others are hopeless."""
     sigma = np.sqrt(np.einsum("iin->in", hulls.covariance_px2)[:2])
-    turn = radians(rotation_sigma_deg) * hulls.by_shared[0, 2, 0]
+    turn = yaw_sigma * hulls.by_shared[0, 2, 0]
     reach = _HOPELESS_SIGMAS * (sigma + turn + boxes.edge_sigma_px)
     # A hull beyond the lens's range has no edges, which is near nothing.
     is_shown = np.isfinite(hulls.edges_px).all(axis=0)

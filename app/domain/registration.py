@@ -179,7 +179,7 @@ def register_pnp(
         leave_one_out_distances_px=_leave_one_out_pnp(found, keypoints, settings.priors),
         inliers=found.inliers,
         warnings=_pnp_warnings(found, keypoints, covariance),
-        camera=found.camera,
+        camera=replace(found.camera, covariance=covariance[:6, :6]),
         parameter_covariance=covariance,
         suspicions=_suspicions(frame, intrinsics, found, keypoints, settings),
         threshold_px=found.threshold_px,

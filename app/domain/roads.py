@@ -9,7 +9,7 @@ and, imaginary, how that part grows with the turn.
 """
 
 from collections.abc import Sequence
-from math import radians, sqrt
+from math import sqrt
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy.typing as npt
 from app.domain.arrays import FloatArray
 from app.domain.box_noise import USUAL_SHARE
 from app.domain.camera import Camera
+from app.domain.camera_spread import place_covariance, shared_covariance
 from app.domain.correction import cross, edge_normals
 from app.domain.detection import HALF_PIXEL
 from app.domain.edge_evidence import (
@@ -98,13 +99,13 @@ class Roads:
         self.by_boxes, self.by_hulls = self._evidence_variances()
         self._weigh_planes()
         self.prior_covariance = state_covariances(states)
+        self.prior_covariance[:2, :2] += place_covariance(camera)[..., None]
         by_prior = self.prior_covariance[:2, :2]
         self.place_to_evidence = np.einsum("ijn,ejn->ien", by_prior, self.by_place)
         self.by_prior_place = np.einsum("ein,ifn->efn", self.by_place, self.place_to_evidence)
         self.right_in_en = times(self.enu[:2], self.right)
         self.across_variance = (self.right_in_en * times(by_prior, self.right_in_en)).sum(axis=0)
-        rotation = radians(settings.rotation_sigma_deg)
-        self.shared_prior = np.array([settings.level_sigma_m, *[rotation] * 3]) ** -2.0
+        self.shared_covariance = shared_covariance(camera, settings)
         self.is_reported = np.array(
             [state.heading_source is HeadingSource.REPORTED for state in states]
         )

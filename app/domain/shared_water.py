@@ -62,7 +62,8 @@ class Solution:
 def solve(roads: Roads) -> Solution:
     """Find the most probable places, turns and shared unknowns."""
     own, shared = np.zeros((3, len(roads.share))), np.zeros(SHARED)
-    by_shared, of_shared = roads.by_shared, np.diag(1 / roads.shared_prior)
+    by_shared, of_shared = roads.by_shared, roads.shared_covariance
+    of_shared_before = inverse(of_shared), np.sqrt(of_shared.diagonal())
     # The slopes by what all share, and last what is off whatever that is.
     evidence = np.concatenate([by_shared, roads.still[:, None]], axis=1)
     noise = BoxNoise()
@@ -89,7 +90,7 @@ def solve(roads: Roads) -> Solution:
         free = apart(factors, evidence)
         trust = roads.share / np.maximum(1.0, deviation / _SUSPICIOUS) ** 2
         told = (free * (trust / factors.variances)[:, None] @ free.swapaxes(1, 2)).sum(axis=0)
-        prior = np.diag(_eased(roads.shared_prior, shared))
+        prior = _eased(*of_shared_before, shared)
         of_shared = inverse(prior + told[:SHARED, :SHARED])
         shared = -(of_shared @ told[:SHARED, SHARED])
         off = (free[:, SHARED] + shared @ free[:, :SHARED]) / factors.variances
@@ -147,10 +148,10 @@ def _doubted(variance: FloatArray, innovation: FloatArray, sigma: FloatArray) ->
     return np.asarray(deviation.max(axis=0))
 
 
-def _eased(shared_prior: FloatArray, shared: FloatArray) -> FloatArray:
-    """Hold back (4,) less what all ships show to be farther off than it is said to be."""
-    surprise = np.abs(shared) * np.sqrt(shared_prior)
-    return np.asarray(shared_prior / np.maximum(1.0, surprise / _SURPRISING) ** 2)
+def _eased(information: FloatArray, sigma: FloatArray, shared: FloatArray) -> FloatArray:
+    """Hold back less what all ships show to be farther off than `information` (4, 4) says."""
+    ease = np.maximum(1.0, np.abs(shared) / (_SURPRISING * sigma))
+    return np.asarray(information / np.outer(ease, ease))
 
 
 def _covariance(

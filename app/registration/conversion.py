@@ -67,4 +67,5 @@ def camera_of(registration: Registration, frame: EnuFrame) -> Camera | None:
         intrinsics_from_json(registration.intrinsics),
         matrix_from_rotvec(registration.rotation),
         frame.position(lat_deg, lon_deg, height_m),
+        None if registration.covariance is None else np.array(registration.covariance),
     )
