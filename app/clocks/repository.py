@@ -122,7 +122,9 @@ def _with_boxes(
         )
     )
     for set_id, *box in found:
-        boxes[set_id].append(DetectedBox(*box))
+        detected = DetectedBox(*box)
+        if detected.has_area:
+            boxes[set_id].append(detected)
     return [DetectedImage(row[0], boxes[row[1]]) for row in chosen]
 
 

@@ -10,6 +10,9 @@ Which categories are vessels? COCO's official list has boat at 9, detectors that
 classes from zero have it at 8, detectors of vessels alone use 0 or 1. So, in this order: what the
 caller says; the names in `categories`; category 9; a file's only category, if it is 0, 1 or 8.
 Whatever else is in the file is ignored and counted.
+
+A box without width or height (a detector's box cut at the image's border) is kept, because
+pycocotools counts it as a false detection; what matches vessels passes it over.
 """
 
 import json
@@ -45,6 +48,11 @@ class ResultBox:
     y2_px: float
     score: float
     class_id: int
+
+    @property
+    def has_area(self) -> bool:
+        """Whether it has a width and a height."""
+        return self.x1_px < self.x2_px and self.y1_px < self.y2_px
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +162,11 @@ def _box(entry: Mapping[str, Any], index: int, image: ImageKey, class_id: int) -
     x_px, y_px, width_px, height_px = numbers if len(numbers) == 4 else (None,) * 4
     if x_px is None or y_px is None or width_px is None or height_px is None:
         raise Invalid.field(f"[{index}].bbox", "give four finite numbers: x, y, width, height")
-    if width_px <= 0 or height_px <= 0:
-        raise Invalid.field(f"[{index}].bbox", "width and height must be positive")
+    if width_px < 0 or height_px < 0:
+        raise Invalid.field(
+            f"[{index}].bbox",
+            "width and height must not be negative; a box is x, y, width, height, not two corners",
+        )
     score = _number(entry.get("score"))
     if score is None or not -_ROUNDING <= score <= 1 + _ROUNDING:
         raise Invalid.field(f"[{index}].score", "give a number between 0 and 1")

@@ -173,3 +173,5 @@ def import_detections(
         + (f", {outcome.ignored} of other categories left out" if outcome.ignored else "")
         + ("" if outcome.created else " (known already)")
     )
+    for note in outcome.notes:
+        typer.echo(note, err=True)

@@ -66,6 +66,7 @@ class Resolved:
     site_ids: frozenset[int]
     ignored: int
     lists_images: bool
+    without_area: int
 
     @property
     def detections(self) -> int:
@@ -82,6 +83,25 @@ class ImportedDetections:
     images: int
     detections: int
     ignored: int
+    without_area: int
+
+    @property
+    def notes(self) -> list[str]:
+        """What somebody may not expect of the file, in sentences."""
+        told = []
+        if not self.images:
+            told.append(
+                "The file says that nothing was found, and in no image. Give the list of images "
+                "to say where nothing was found."
+            )
+        elif not self.detections:
+            told.append("The file says that nothing was found in any of these images.")
+        if self.without_area:
+            told.append(
+                f"{self.without_area:,} boxes have no width or no height: they count as false "
+                "detections, as in pycocotools, and runs pass them over."
+            )
+        return told
 
 
 def import_coco_detections(
@@ -146,6 +166,7 @@ def resolve(
         site_ids=frozenset(image.site_id for image in found.values()),
         ignored=results.ignored,
         lists_images=results.lists_images,
+        without_area=sum(not box.has_area for box in results.boxes),
     )
 
 
@@ -165,6 +186,7 @@ def store(session: Session, found: Resolved, *, user_id: int | None) -> Imported
                     "images": len(found.boxes_by_image),
                     "boxes": found.detections,
                     "lists_images": found.lists_images,
+                    "without_area": found.without_area,
                 },
                 "created_by_id": user_id,
             },
@@ -183,7 +205,12 @@ def store(session: Session, found: Resolved, *, user_id: int | None) -> Imported
 
 def _outcome(model: Model, found: Resolved, *, created: bool) -> ImportedDetections:
     return ImportedDetections(
-        model, created, len(found.boxes_by_image), found.detections, found.ignored
+        model,
+        created,
+        len(found.boxes_by_image),
+        found.detections,
+        found.ignored,
+        found.without_area,
     )
 
 
@@ -251,12 +278,8 @@ def _which(key: ImageKey, count: int, camera_id: int | None) -> str:
 
 
 def _columns(box: ResultBox, image: Photograph) -> dict[str, Any]:
-    if (
-        box.x2_px <= 0
-        or box.y2_px <= 0
-        or box.x1_px >= image.width_px
-        or box.y1_px >= image.height_px
-    ):
+    is_beside = box.x2_px <= 0 or box.x1_px >= image.width_px
+    if box.has_area and (is_beside or box.y2_px <= 0 or box.y1_px >= image.height_px):
         raise Invalid.field(
             f"[{box.index}].bbox",
             f"lies outside its image of {image.width_px} x {image.height_px} px",

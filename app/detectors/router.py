@@ -109,7 +109,8 @@ def import_detections(
     is ground truth of them. Images without boxes get an empty set if the list of images names them.
     Vessels are, in this order: what `categories` says; categories named boat, ship or vessel;
     category 9 (COCO's boat); the file's only category, if it is 0, 1 or 8. Other boxes are ignored
-    and counted.
+    and counted. Boxes without width or height are false detections to an evaluation, as pycocotools
+    has them; runs pass them over. An empty list says that nothing was found.
     """
     outcome = actions.import_detections(
         database,
@@ -130,4 +131,6 @@ def import_detections(
         images=outcome.images,
         detections=outcome.detections,
         ignored=outcome.ignored,
+        without_area=outcome.without_area,
+        notes=outcome.notes,
     )

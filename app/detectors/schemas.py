@@ -35,3 +35,7 @@ class ImportedDetectionsOut(BaseModel):
     images: int = Field(description="Images that have a set of boxes now, maybe an empty one")
     detections: int
     ignored: int = Field(description="Boxes of categories that are no vessels")
+    without_area: int = Field(
+        description="Boxes without width or height: false detections, which runs pass over"
+    )
+    notes: list[str] = Field(description="What somebody may not expect of the file")

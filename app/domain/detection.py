@@ -7,7 +7,7 @@ these numbers to geometry as they are, and so do we: half a pixel is centimetres
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isnan
 
@@ -16,6 +16,7 @@ from app.domain.reduced_decoding import DIVISORS
 COCO_BOAT = 8
 # Boxes count from the image's edge, geometry from the centre of its first pixel.
 HALF_PIXEL = 0.5
+NOBODYS_SCORE = -1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +31,24 @@ class Detection:
     class_id: int = COCO_BOAT
 
     @property
+    def has_area(self) -> bool:
+        """Whether it has a width and a height."""
+        return self.x1_px < self.x2_px and self.y1_px < self.y2_px
+
+    @property
     def edges_px(self) -> tuple[float, float, float, float]:
         """Left, upper, right and lower edge."""
         return self.x1_px, self.y1_px, self.x2_px, self.y2_px
+
+
+def passed_over(detection: Detection) -> Detection:
+    """Return a box without area as one that no threshold lets through, in the same place of a list.
+
+    Such boxes come with the files of other detectors: false detections, which match no vessel.
+    """
+    return replace(
+        detection, x2_px=detection.x1_px + 1.0, y2_px=detection.y1_px + 1.0, score=NOBODYS_SCORE
+    )
 
 
 @dataclass(frozen=True)

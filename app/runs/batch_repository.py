@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session, joinedload
 
 from app.db import Base, now
 from app.domain.detection import Detection as DetectedBox
+from app.domain.detection import passed_over
 from app.runs.inheritance_repository import inherit
 from app.runs.telling import announce_end
 from app.sites.water import Level
@@ -153,7 +154,8 @@ def known_detections(
     for sha256, set_id, box_id, *box in rows:
         found = known.setdefault(sha256, KnownBoxes(set_id, []))
         if box_id is not None:  # a set may be empty
-            found.boxes.append(DetectedBox(*box))
+            detected = DetectedBox(*box)
+            found.boxes.append(detected if detected.has_area else passed_over(detected))
     return known
 
 

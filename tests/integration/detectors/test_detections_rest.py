@@ -13,6 +13,7 @@ from app.config import Settings
 from app.db import Database
 from app.detectors.imported import import_coco_detections
 from app.detectors.service import IMPORTED_FAMILY, IMPORTED_SETTINGS_SHA256
+from app.runs.batch_repository import known_detections
 from app.tables.detection import Detection, DetectionSet, Model
 from app.tables.identity import Role
 from app.tables.imagery import Image
@@ -67,6 +68,25 @@ def test_a_list_of_results(client: TestClient, database: Database, images: list[
     assert again.json() == body
     with database.reading() as session:
         assert session.scalar(select(func.count()).select_from(Detection)) == 3
+
+
+def test_boxes_without_area_are_kept_and_told(
+    client: TestClient, database: Database, images: list[Image]
+) -> None:
+    """They count as false detections, also at the border; a run's matching passes them over."""
+    flat = [[10.0, 20.0, 0.0, 8.0], [64.0, 2.0, 0.0, 0.0]]
+    body = send(client, results(*((images[0].id, box, 0.9) for box in (BOX, *flat)))).json()
+    assert (body["detections"], body["without_area"]) == (3, 2)
+    assert body["notes"][0].startswith("2 boxes have no width or no height")
+    assert (boxes_of(database, images[0]) or [])[1] == (10.0, 20.0, 10.0, 28.0, 0.9, 8)
+    with database.reading() as session:
+        sets = known_detections(
+            session, [images[0].sha256], body["model"]["sha256"], IMPORTED_SETTINGS_SHA256
+        )
+    assert [box.score for box in sets[images[0].sha256].boxes] == [0.9, -1.0, -1.0]
+    assert all(box.has_area for box in sets[images[0].sha256].boxes)
+    nothing = send(client, b"[]", name="nothing").json()
+    assert nothing["notes"][0].startswith("The file says that nothing was found, and in no image")
 
 
 def test_results_that_were_deleted_are_imported_again(

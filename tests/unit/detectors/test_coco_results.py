@@ -25,7 +25,7 @@ def test_ids_that_became_floats_are_ids() -> None:
         ({"category_id": "9"}, "[0].category_id", "without quotes"),
         ({"score": 1.001}, "[0].score", "between 0 and 1"),
         ({"score": float("inf")}, "[0].score", "between 0 and 1"),
-        ({"bbox": [1, 2, 0.0, 4]}, "[0].bbox", "positive"),
+        ({"bbox": [1, 2, -0.5, 4]}, "[0].bbox", "not two corners"),
     ],
 )
 def test_what_is_no_number_is_named(changed: dict[str, Any], field: str, fix: str) -> None:
