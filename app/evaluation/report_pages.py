@@ -4,6 +4,7 @@ Every figure says what it is a share of, and one that is missing says why: a rep
 people who were not there. It tells of no vessel by name or number.
 """
 
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Annotated
 
@@ -35,6 +36,7 @@ from app.sites import service as sites
 from app.tables.reviews import Grade
 from app.templating import page
 
+MOST_CAMERAS = 6
 router = APIRouter()
 
 
@@ -77,7 +79,7 @@ def show_report(
         reference=reference,
         only_reference=only is not None,
         written_at=now(),
-        cameras=repository.cameras(session, site_id, chosen),
+        cameras=_bounded(repository.cameras(session, site_id, chosen)),
         images_done=repository.images_done(session, chosen),
         heard=repository.heard(session, chosen),
         posed_vessels=repository.posed_vessels(session, chosen),
@@ -86,6 +88,25 @@ def show_report(
         grade_names={"good": "Good", "ok": "OK", "bad": "Bad", "wrong": "Wrong match"},
         **_figures(session, access, chosen),
     )
+
+
+def _bounded(cameras: Sequence[repository.CameraImages]) -> list[repository.CameraImages]:
+    """Return as many cameras as one page has room for: those with most images, then all others."""
+    if len(cameras) <= MOST_CAMERAS:
+        return list(cameras)
+    busiest = sorted(cameras, key=lambda camera: camera.images, reverse=True)
+    shown, others = busiest[: MOST_CAMERAS - 1], busiest[MOST_CAMERAS - 1 :]
+    firsts = [camera.first_at for camera in others if camera.first_at is not None]
+    lasts = [camera.last_at for camera in others if camera.last_at is not None]
+    return [
+        *sorted(shown, key=lambda camera: camera.name),
+        repository.CameraImages(
+            f"{len(others)} other cameras",
+            sum(camera.images for camera in others),
+            min(firsts, default=None),
+            max(lasts, default=None),
+        ),
+    ]
 
 
 def _figures(session: Session, access: Access, chosen: selection.Selection) -> dict[str, object]:

@@ -9,7 +9,9 @@ from app.db import Database
 from app.tables.identity import Role, User
 from app.tables.reviews import Grade
 from app.tables.runs import ReferenceRun
+from tests.factories.imagery import make_image
 from tests.factories.runs import FIRST_MMSI, make_harbour, make_pose, make_review, make_run
+from tests.factories.sites import make_camera
 from tests.integration.conftest import MakeUser
 
 Browser = Callable[[User], TestClient]
@@ -25,6 +27,8 @@ def test_a_report_is_of_the_reference_and_names_its_gaps(
         make_run(session, harbour, (1, 1), name="new")
         make_review(session, make_pose(session, old, harbour.images[0]), admin.id, Grade.GOOD)
         session.add(ReferenceRun(site_id=harbour.site.id, run_id=old.id))
+        for _ in range(7):
+            make_image(session, make_camera(session, harbour.site))
         elsewhere = make_harbour(session)
         site_id, sha256 = harbour.site.id, harbour.model.sha256
     viewer = browser_of(make_user(Role.VIEWER, site_id=site_id))
@@ -33,6 +37,7 @@ def test_a_report_is_of_the_reference_and_names_its_gaps(
     assert "1 of 1 poses graded" in text
     assert sha256 in text
     assert text.count("Missing:") == 6
+    assert "3 other cameras" in text  # one page has room for six lines
     assert str(FIRST_MMSI) not in text
     assert "1 of 3 poses graded" in viewer.get(f"/sites/{site_id}/report?runs=all").text
     later = viewer.get(f"/sites/{site_id}/report?from=2099-01-01T00:00").text
