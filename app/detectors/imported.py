@@ -97,9 +97,10 @@ class ImportedDetections:
         elif not self.detections:
             told.append("The file says that nothing was found in any of these images.")
         if self.without_area:
+            have = "box has" if self.without_area == 1 else "boxes have"
             told.append(
-                f"{self.without_area:,} boxes have no width or no height: they count as false "
-                "detections, as in pycocotools, and runs pass them over."
+                f"{self.without_area:,} {have} no width or no height: a false detection to "
+                "pycocotools and here, which runs pass over."
             )
         return told
 
