@@ -45,9 +45,9 @@ _WARM_UP = 20
 # primes, so both databases get the same rows, in the order of time as they come in.
 POSITIONS = """
 INSERT INTO ais_positions (mmsi, fix_time, received_at, lat_deg, lon_deg, sog_kn, cog_deg,
-    heading_deg, message_type, ais_class, high_accuracy, fix_time_source, cell)
+    heading_deg, message_type, ais_class, high_accuracy, fix_time_source, hour, cell)
 SELECT 211000000 + vessel, {fix}, {fix}, lat, lon, n % 200 / 10.0, n % 3600 / 10.0,
-    n % 360, 1, 'A', {true}, 'prompt', {cell}
+    n % 360, 1, 'A', {true}, 'prompt', {hour}, {cell}
 FROM (
     SELECT n, vessel, n * 0.2592 AS second_s,
         53.0 + vessel % {harbours} * 3571 % 2250 / 1000.0 + n * 31 % 997 * 0.00005 AS lat,
@@ -66,6 +66,7 @@ DIALECTS = {
         "WHERE n < {last}) SELECT n FROM c",
         "moment": "strftime('%Y-%m-%d %H:%M:%f000', 1714521600 + second_s, 'unixepoch')",
         "fix": "CAST((1714521600 + second_s) * 1000000 AS INTEGER)",
+        "hour": "(1714521600 + CAST(second_s AS INTEGER)) / 3600",
         "cell": "CAST((lat + 90) * 20 AS INTEGER) * 7201 + CAST((lon + 180) * 20 AS INTEGER)",
         "true": "1",
     },
@@ -73,6 +74,7 @@ DIALECTS = {
         "numbers": "SELECT generate_series({first}::bigint, {last}) AS n",
         "moment": "to_timestamp(1714521600 + second_s)",
         "fix": "to_timestamp(1714521600 + second_s)",
+        "hour": "floor((1714521600 + second_s) / 3600)::int",
         "cell": "floor((lat + 90) * 20)::int * 7201 + floor((lon + 180) * 20)::int",
         "true": "true",
     },

@@ -23,6 +23,7 @@ from app.ais.rows import POSITION_COLUMNS, STATIC_COLUMNS, Row, arrays_of, text_
 from app.ais.sqlite_image import TABLE, database_image
 from app.db import Database
 from app.domain.ais_bulk import ACCURACIES, AIS_CLASSES, SOURCES, PositionTable
+from app.domain.cells import HOUR_US
 from app.domain.nmea_times import moment_of
 from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
 
@@ -40,7 +41,7 @@ _COUNTS_AS_KNOWN = """
 """
 _IS_TIME_KNOWN = """
 SELECT EXISTS (SELECT 1 FROM ais_positions AS known {by_time}
-    WHERE fix_time BETWEEN {mark} AND {mark} AND {counts})
+    WHERE hour BETWEEN {hours} AND fix_time BETWEEN {mark} AND {mark} AND {counts})
 """
 _KEEP = f"""
 INSERT INTO {_POSITIONS} SELECT {{columns}}, {{site_id}}, {{file_id}} FROM {{arriving}}
@@ -272,14 +273,15 @@ def _is_time_known(session: Session, origin: Origin, table: PositionTable) -> bo
     If not, as for most recordings, no row has to be looked up by itself.
     """
     is_sqlite = _is_sqlite(session)
+    first_us, last_us = int(table.fix_us.min()), int(table.fix_us.max())
     statement = _IS_TIME_KNOWN.format(
-        by_time="INDEXED BY ix_ais_positions_time" if is_sqlite else "",
+        by_time="INDEXED BY ix_ais_positions_hour_cell_time" if is_sqlite else "",
+        hours=f"{first_us // HOUR_US} AND {last_us // HOUR_US}",
         mark="?" if is_sqlite else "(%s::timestamp AT TIME ZONE 'UTC')",
         counts=origin.told_in(_COUNTS_AS_KNOWN),
     )
-    first_and_last_us = int(table.fix_us.min()), int(table.fix_us.max())
-    moments = (text_of(moment_of(us)) for us in first_and_last_us)
-    bounds = first_and_last_us if is_sqlite else tuple(moments)
+    moments = (text_of(moment_of(us)) for us in (first_us, last_us))
+    bounds = (first_us, last_us) if is_sqlite else tuple(moments)
     return bool(session.connection().exec_driver_sql(statement, bounds).scalar())
 
 

@@ -12,7 +12,7 @@ from app.ais.importing import vessel_rows
 from app.ais.rows import in_range, printable
 from app.ais.summary import RecordingSummary
 from app.domain.ais import PositionReport, StaticReport
-from app.domain.cells import cell_of
+from app.domain.cells import cell_of, hour_of
 from app.domain.plausibility import is_contradicted
 
 Row = dict[str, Any]
@@ -75,6 +75,7 @@ def _position_row(report: PositionReport) -> Row:
     row = asdict(report)
     del row["report_id"]
     row["fix_time_source"] = report.fix_time_source.value
+    row["hour"] = hour_of(report.fix_time)
     row["cell"] = cell_of(report.lat_deg, report.lon_deg)
     return row
 

@@ -37,6 +37,7 @@ _POSITION_COLUMNS = (
     AisPosition.fix_time_source,
     AisPosition.arrived_at,
     AisPosition.clock_suspect,
+    AisPosition.hour,
     AisPosition.cell,
 )
 _MOVES = (AisPosition.sog_kn, AisPosition.cog_deg, AisPosition.heading_deg)

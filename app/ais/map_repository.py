@@ -41,7 +41,7 @@ def moving(
     which is why these come from the cursor.
     """
     wanted = _drawn(session, readable, *within(start, end, area))
-    return _rows(session, wanted.order_by(AisPosition.fix_time).limit(most))
+    return _rows(session, wanted.order_by(AisPosition.hour, AisPosition.fix_time).limit(most))
 
 
 def newest_id(session: Session) -> int:
@@ -117,6 +117,7 @@ def vessels(session: Session, mmsis: Collection[int]) -> Mapping[int, Vessel]:
 def span(session: Session, readable: Readable) -> tuple[datetime, datetime] | None:
     """Return the first and the last moment that a position is from; None without any."""
     times = sa.select(AisPosition.fix_time).where(visible(AisPosition.site_id, readable))
-    first = session.scalar(times.order_by(AisPosition.fix_time).limit(1))
-    last = session.scalar(times.order_by(AisPosition.fix_time.desc()).limit(1))
+    earliest = AisPosition.hour, AisPosition.fix_time
+    first = session.scalar(times.order_by(*earliest).limit(1))
+    last = session.scalar(times.order_by(*(column.desc() for column in earliest)).limit(1))
     return None if first is None or last is None else (first, last)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from app.ais.rows import POSITION_COLUMNS
 from app.domain.ais_bulk import ACCURACIES, AIS_CLASSES, SOURCES, PositionTable
-from app.domain.cells import cells_of
+from app.domain.cells import HOUR_US, cells_of
 from app.domain.payload_bits import IntArray
 
 Bytes = npt.NDArray[np.uint8]
@@ -76,6 +76,8 @@ def _field(table: PositionTable, name: str) -> _Field:
         return _number(table.fix_us - _2000_US, ">i8")
     if name == "received_at":
         return _number(table.received_us - _2000_US, ">i8")
+    if name == "hour":
+        return _number(table.fix_us // HOUR_US, ">i4")
     if name == "cell":
         return _number(cells_of(table.lat_deg, table.lon_deg), ">i4")
     column = getattr(table, name)

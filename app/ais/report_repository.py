@@ -12,9 +12,11 @@ import sqlalchemy as sa
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.ais.area import Area
+from app.domain.cells import hour_of
 from app.tables.ais import AisFile, AisPosition, AisStatic
 
 Readable = frozenset[int] | None
+_MOST_LOOKED_UP = 10_000  # cells of an hour; beyond it all of the hours are gone through
 _VESSELS_AT_ONCE = 10_000  # SQLite takes some 32,000 values in a statement
 
 POSITION_COLUMNS = (
@@ -75,15 +77,31 @@ def within(
     start: datetime | None, end: datetime | None, area: Area | None
 ) -> list[sa.ColumnElement[bool]]:
     """Return the conditions on a position's time and place; none for what is not given."""
+    conditions = during(start, end)
+    cells = None if area is None else area.cells
+    first = None if start is None else hour_of(start)
+    last = None if end is None else hour_of(end)
+    if cells and first is not None and last is not None:
+        hours = range(first, last + 1)
+        if len(hours) * len(cells) <= _MOST_LOOKED_UP:
+            conditions.append(AisPosition.hour.in_(hours))
+            first = last = None
+    if first is not None:
+        conditions.append(AisPosition.hour >= first)
+    if last is not None:
+        conditions.append(AisPosition.hour <= last)
+    if cells is not None:
+        conditions.append(AisPosition.cell.in_(cells))
+    return conditions if area is None else conditions + _in_box(area)
+
+
+def during(start: datetime | None, end: datetime | None) -> list[sa.ColumnElement[bool]]:
+    """Return the conditions on a position's time alone, for what is looked up by its vessel."""
     conditions: list[sa.ColumnElement[bool]] = []
     if start is not None:
         conditions.append(AisPosition.fix_time >= start)
     if end is not None:
         conditions.append(AisPosition.fix_time <= end)
-    if area is not None:
-        if (cells := area.cells) is not None:
-            conditions.append(AisPosition.cell.in_(cells))
-        conditions += _in_box(area)
     return conditions
 
 

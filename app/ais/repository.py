@@ -7,7 +7,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
 from app.ais.area import Area
-from app.ais.report_repository import Readable, visible, within
+from app.ais.report_repository import Readable, during, visible, within
 from app.db import find
 from app.paging import Paging, fetch_page
 from app.tables.ais import AisFile, AisPosition, AisStatic, Vessel
@@ -81,7 +81,7 @@ def latest_positions(
         .where(
             AisPosition.mmsi == mmsi,
             visible(AisPosition.site_id, readable),
-            *within(start, end, None),
+            *during(start, end),
         )
         .order_by(AisPosition.fix_time.desc(), AisPosition.id.desc())
         .limit(count)

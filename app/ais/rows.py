@@ -15,7 +15,7 @@ import numpy.typing as npt
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.ais_bulk import PositionTable
 from app.domain.arrays import FloatArray
-from app.domain.cells import cells_of
+from app.domain.cells import HOUR_US, cells_of
 from app.domain.nmea_bulk import Decoded
 from app.domain.payload_bits import IntArray
 from app.domain.static_table import StaticTable
@@ -36,6 +36,7 @@ POSITION_COLUMNS = (
     "ais_class",
     "high_accuracy",
     "fix_time_source",
+    "hour",
     "cell",
 )
 STATIC_COLUMNS = (
@@ -86,7 +87,7 @@ class RowBatch:
                 self._positions.append(report)
 
     def positions(self) -> PositionTable | None:
-        """Return the positions, if any: those of one place and vessel stand together."""
+        """Return the positions, if any: those of one hour, place and vessel stand together."""
         tables = self._position_tables
         if self._positions:
             tables = [*tables, PositionTable.of(self._positions)]
@@ -94,7 +95,7 @@ class RowBatch:
             return None
         table = PositionTable.joined(tables)
         cells = cells_of(table.lat_deg, table.lon_deg)
-        return table.chosen(np.lexsort((table.fix_us, table.mmsi, cells)))
+        return table.chosen(np.lexsort((table.fix_us, table.mmsi, cells, table.fix_us // HOUR_US)))
 
     def static_rows(self) -> list[Row]:
         """Return the static reports as rows: those of one vessel stand together."""
@@ -116,10 +117,11 @@ def arrays_of(table: PositionTable) -> Arrays:
     arrays: dict[str, npt.NDArray[np.generic]] = {
         name: getattr(table, name).astype(np.uint8) if name in codes else getattr(table, name)
         for name in POSITION_COLUMNS
-        if name not in {"fix_time", "received_at", "cell"}
+        if name not in {"fix_time", "received_at", "hour", "cell"}
     }
     arrays["mmsi"] = table.mmsi.astype(np.int32)
     arrays["fix_time"], arrays["received_at"] = table.fix_us, table.received_us
+    arrays["hour"] = (table.fix_us // HOUR_US).astype(np.int32)
     arrays["cell"] = cells_of(table.lat_deg, table.lon_deg).astype(np.int32)
     return {name: arrays[name] for name in POSITION_COLUMNS}
 

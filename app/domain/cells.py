@@ -2,11 +2,13 @@
 
 "Near a camera at a moment" has two sides. An index on time alone finds the moment everywhere, one
 on latitude a band around the globe; both grow with everything that was ever heard elsewhere. With
-the number of its cell in front of its time, the positions of a few cells and of a few minutes lie
-side by side in an index, on every database. Cells are numbered row by row from the south-west.
+the numbers of its hour and of its cell in front of its time, the positions of a few cells and of a
+few minutes lie side by side in an index, on every database; and those of a time, wherever they are,
+lie together too. Cells are numbered row by row from the south-west, hours from 1970.
 """
 
 import math
+from datetime import datetime
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +17,12 @@ from app.domain.arrays import FloatArray
 
 CELLS_PER_DEG = 20
 CELLS_IN_A_ROW = 360 * CELLS_PER_DEG + 1  # 180 degrees east has a cell of its own
+HOUR_US = 3_600_000_000
+
+
+def hour_of(moment: datetime) -> int:
+    """Return the hour of a moment."""
+    return int(moment.timestamp() // 3600)
 
 
 def cell_of(lat_deg: float, lon_deg: float) -> int:

@@ -7,6 +7,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
 from app.db import find
+from app.domain.cells import hour_of
 from app.tables.ais import AisPosition
 from app.tables.groundtruth import GroundTruthImage
 from app.tables.imagery import Image
@@ -96,8 +97,12 @@ def gaps(session: Session, rule: RetentionRule, before: datetime) -> list[Gap]:
 
 def _in_gap(rule: RetentionRule, gap: Gap) -> list[sa.ColumnElement[bool]]:
     begin, end = gap
-    conditions = [AisPosition.site_id == rule.site_id, AisPosition.fix_time < end]
-    return conditions if begin is None else [*conditions, AisPosition.fix_time >= begin]
+    position = AisPosition
+    before_end = position.fix_time < end, position.hour <= hour_of(end)
+    conditions = [position.site_id == rule.site_id, *before_end]
+    if begin is None:
+        return conditions
+    return [*conditions, position.fix_time >= begin, position.hour >= hour_of(begin)]
 
 
 def count_positions(session: Session, rule: RetentionRule, gaps: Collection[Gap]) -> int:

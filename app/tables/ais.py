@@ -12,7 +12,7 @@ from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.db import ONLY_ON, Base, Json, UtcMicroseconds, now
-from app.domain.cells import cell_of
+from app.domain.cells import cell_of, hour_of
 from app.tables.deletion import Deletable, index_of_deleted
 
 _PRESENT = sa.text("deleted_at IS NULL")
@@ -34,6 +34,11 @@ def _cell(context: DefaultExecutionContext) -> int:
     """Return the cell of a position that is being stored."""
     row = context.get_current_parameters()  # type: ignore[no-untyped-call]  # SQLAlchemy has no type for it
     return cell_of(row["lat_deg"], row["lon_deg"])
+
+
+def _hour(context: DefaultExecutionContext) -> int:
+    """Return the hour of a position that is being stored."""
+    return hour_of(context.get_current_parameters()["fix_time"])  # type: ignore[no-untyped-call]  # as above
 
 
 class AisFile(Deletable, Base):
@@ -109,6 +114,7 @@ class AisPosition(Base):
     fix_time_source: Mapped[str] = mapped_column(sa.String(16), default="prompt")
     arrived_at: Mapped[datetime | None] = mapped_column(UtcMicroseconds)
     clock_suspect: Mapped[bool | None]
+    hour: Mapped[int] = mapped_column(default=_hour)
     cell: Mapped[int] = mapped_column(default=_cell)
 
     __table_args__ = (
@@ -118,8 +124,7 @@ class AisPosition(Base):
             ["file_id"], ["ais_files.id"], ondelete="CASCADE", info={ONLY_ON: "sqlite"}
         ),
         sa.Index("ix_ais_positions_vessel_time", "mmsi", "fix_time"),
-        sa.Index("ix_ais_positions_cell_time", "cell", "fix_time"),
-        sa.Index("ix_ais_positions_time", "fix_time"),
+        sa.Index("ix_ais_positions_hour_cell_time", "hour", "cell", "fix_time"),
         _of_feeds("ix_ais_positions_feed_id"),
         sa.Index(
             "ix_ais_positions_suspect_arrival",

@@ -21,7 +21,7 @@ def test_reports_around_a_camera_are_searched_by_place_and_arrival(database: Dat
     with database.reading() as session:
         plans = list(plans_of_positions(session))
     searches = (
-        "INDEX ix_ais_positions_cell_time (cell=? AND fix_time>? AND fix_time<?)",
+        "INDEX ix_ais_positions_hour_cell_time (hour=? AND cell=? AND fix_time>? AND fix_time<?)",
         "INDEX ix_ais_positions_suspect_arrival (arrived_at>? AND arrived_at<?)",
     )
     assert all(search in plan for search, plan in zip(searches, plans, strict=True)), plans
