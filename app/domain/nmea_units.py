@@ -8,6 +8,7 @@ checksums hold and its time is plausible. All else that `nmea_lines` and `nmea_t
 the gaps between the units and is left to them, line by line.
 """
 
+from collections.abc import Iterator
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -94,24 +95,31 @@ class Units:
         ours_us, theirs_us = heard.received_us[:-1], heard.told_us[1:]
         theirs_us = np.where(theirs_us == ABSENT_US, ours_us, theirs_us)
         is_first &= (abs(ours_us - theirs_us) <= _WINDOW_US) & (theirs_us <= latest_us)
+        firsts = np.flatnonzero(is_first)
+        received_us = np.minimum(ours_us, theirs_us)[firsts].tolist()
+        may_differ = heard.is_tagged[firsts + 1].tolist()
+        pairs = zip(self._names(firsts), self._names(firsts + 1), strict=True)
         joined = {}
-        for at in np.flatnonzero(is_first).tolist():
-            name, ours = self._name(at)
-            if self._name(at + 1) != (name, ours) or not self._is_same_source(heard, at):
+        for at, (ours, theirs), us, is_doubtful in zip(
+            firsts.tolist(), pairs, received_us, may_differ, strict=True
+        ):
+            if ours != theirs or (is_doubtful and not self._is_same_source(heard, at)):
                 continue
-            sequence, channel, _ = ours.split(b",")
-            received_us = min(int(ours_us[at]), int(theirs_us[at]))
-            joined[at] = (name, channel, sequence, 2), received_us
+            name, rest = ours
+            sequence, channel, _ = rest.split(b",")
+            joined[at] = (name, channel, sequence, 2), us
         return joined
 
-    def _name(self, at: int) -> tuple[bytes, bytes]:
-        """Return a sentence's talker and formatter, and its sequence and channel."""
-        begin, end = int(self._parts.begins[at]), int(self._parts.payloads[at])
-        return self._text[begin + 1 : begin + 6], self._text[begin + 11 : end]
+    def _names(self, at: IntArray) -> Iterator[tuple[bytes, bytes]]:
+        """Yield the talkers and formatters of some sentences, and their sequences and channels."""
+        text = self._text
+        ends = self._parts.payloads[at].tolist()
+        for begin, end in zip(self._parts.begins[at].tolist(), ends, strict=True):
+            yield text[begin + 1 : begin + 6], text[begin + 11 : end]
 
     def _is_same_source(self, heard: "_Heard", at: int) -> bool:
         """Whether a second part's tag block does not tell another station than the first part."""
-        theirs = self._text[slice(*heard.tags[at + 1])] if heard.is_tagged[at + 1] else b""
+        theirs = self._text[slice(*heard.tags[at + 1])]
         told = self._text[slice(*heard.tags[at])]
         pghp = self._text[slice(*heard.pghps[at])]
         if (theirs == told and not pghp) or not theirs:
