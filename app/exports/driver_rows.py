@@ -7,6 +7,8 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+_NO_FRACTION = ".000000"
+
 
 def driver_rows(session: Session, statement: sa.Select[Any]) -> Sequence[Any]:
     """Return the driver's own tuples, for columns that need no conversion."""
@@ -15,8 +17,11 @@ def driver_rows(session: Session, statement: sa.Select[Any]) -> Sequence[Any]:
     return rows
 
 
-def as_moment(stored: datetime | str) -> datetime:
-    """Return a moment as a driver gives it, in UTC: SQLite's is a text without a zone."""
+def moment_text(stored: datetime | str) -> str:
+    """Return a moment as a driver gives it, in UTC as ISO 8601 with Z; no fraction where it is 0.
+
+    SQLite's is a text without a zone.
+    """
     if isinstance(stored, str):
-        return datetime.fromisoformat(stored).replace(tzinfo=UTC)
-    return stored.astimezone(UTC)
+        return f"{stored[:10]}T{stored[11:].removesuffix(_NO_FRACTION)}Z"
+    return stored.astimezone(UTC).isoformat().replace("+00:00", "Z")

@@ -19,7 +19,7 @@ from app.exports.second_hand import SecondHand, cores
 from app.exports.selection_repository import Chosen, Ids
 from app.exports.truth_repository import boxes_drawn
 from app.exports.verdict_repository import counted_reviews
-from app.exports.writers.batches import Batch, Corrected, Lines, PoseColumns, lines_of, records_of
+from app.exports.writers.batches import Batch, Lines, PoseColumns, lines_of, put_right, records_of
 from app.exports.writers.records import (
     Frame,
     ImageRecord,
@@ -194,30 +194,22 @@ class Reading:
             numbers = np.searchsorted(self.image_ids, image_ids)
             for image_id, number in zip(image_ids, numbers.tolist(), strict=True):
                 images[image_id].number = number + 1
-            corrections = (
-                repository.corrections(context.session, pose_ids) if context.corrected else {}
-            )
+            parts = context.part_of and list(map(context.part_of, columns.image_id, columns.mmsi))
+            if context.corrected:
+                columns = put_right(columns, repository.corrections(context.session, pose_ids))
             return Batch(
                 first=first,
                 columns=columns,
                 views={run: context.views[run] for run in set(columns.run_id)},
                 images=images,
-                vessels=self._vessels(columns, corrections),
+                vessels=self._vessels(columns),
                 reviews=counted_reviews(context.session, columns.id, context.verdict),
-                parts=context.part_of
-                and list(map(context.part_of, columns.image_id, columns.mmsi)),
-                corrections=corrections,
+                parts=parts,
             )
 
-    def _vessels(self, columns: PoseColumns, corrections: Mapping[int, Corrected]) -> list[str]:
-        """Return what stands for each pose's vessel, by what a person said where one did."""
-        mmsis = columns.mmsi
-        if corrections:
-            mmsis = [
-                corrections[pose_id].mmsi if pose_id in corrections else mmsi
-                for pose_id, mmsi in zip(columns.id, mmsis, strict=True)
-            ]
-        pairs = list(zip(columns.run_id, mmsis, strict=True))
+    def _vessels(self, columns: PoseColumns) -> list[str]:
+        """Return what stands for each pose's vessel."""
+        pairs = list(zip(columns.run_id, columns.mmsi, strict=True))
         context = self._context
         told = {
             (run, mmsi): context.identities[context.views[run].site_id].vessel(mmsi)

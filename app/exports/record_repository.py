@@ -10,9 +10,9 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
-from app.exports.driver_rows import as_moment, driver_rows
+from app.exports.driver_rows import driver_rows, moment_text
 from app.exports.id_lists import among
-from app.exports.writers.batches import Corrected, PoseColumns, parsed
+from app.exports.writers.batches import Corrected, PoseColumns
 from app.exports.writers.records import ImageRecord
 from app.stand_ins import FIRST_STAND_IN, STAND_INS
 from app.tables.ais import Vessel
@@ -102,7 +102,7 @@ def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]
             row[2],
             row[3],
             row[4],
-            as_moment(row[5]),
+            moment_text(row[5]),
             row[6],
             SUFFIXES.get(row[7], ""),
         )
@@ -135,11 +135,7 @@ def corrections(session: Session, pose_ids: Sequence[int]) -> dict[int, Correcte
         .order_by(_corrections.version)
     )
     newest = {row[0]: row for row in rows}
-    return {
-        pose_id: Corrected(*row[2:12], *parsed(row[12:]))
-        for pose_id, row in newest.items()
-        if row[1]
-    }
+    return {pose_id: Corrected(*row[2:]) for pose_id, row in newest.items() if row[1]}
 
 
 def states(

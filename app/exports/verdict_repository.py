@@ -11,7 +11,7 @@ import orjson
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
-from app.exports.driver_rows import as_moment, driver_rows
+from app.exports.driver_rows import driver_rows, moment_text
 from app.exports.id_lists import among
 from app.exports.writers.records import ReviewRecord
 from app.tables.reviews import Review
@@ -65,10 +65,11 @@ def counted_reviews(
         .order_by(*_ORDERS[verdict]),
     )
     found: dict[int, ReviewRecord] = {}
+    none: list[str] = []
     for pose_id, grade, reasons, version, created_at in rows:
         if pose_id not in found:
-            moment = as_moment(created_at)
-            found[pose_id] = ReviewRecord(grade, orjson.loads(reasons), version, moment)
+            told = none if reasons == "[]" else orjson.loads(reasons)
+            found[pose_id] = ReviewRecord(grade, told, version, moment_text(created_at))
     return found
 
 

@@ -7,21 +7,25 @@ and are counted anew in every file; the installation's own ids stay beside them.
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from itertools import islice, repeat
 
-from app.exports.writers.json_bytes import json_bytes, moment_text, sorted_json
-from app.exports.writers.records import (
-    ImageRecord,
-    PoseRecord,
-    ReviewRecord,
-    Source,
-    refuse_what_is_no_number,
-)
+import numpy as np
+
+from app.exports.writers.json_bytes import json_bytes, json_lines, sorted_json
+from app.exports.writers.pose_table import PoseTable
+from app.exports.writers.records import ImageRecord, ReviewRecord, Source
 from app.exports.writers.silhouettes import silhouettes
 
 CATEGORY = {"id": 1, "name": "vessel", "supercategory": "vessel"}
 MM_PER_M = 1000.0
 ROWS_AT_ONCE = 500
+NAMES = (
+    *("id", "image_id", "category_id", "bbox", "area", "iscrowd", "segmentation", "silhouette"),
+    *("score", "cam_R_m2c", "cam_t_m2c", "dims_m", "corners_2d", "vessel", "heading_deg"),
+    *("heading_source", "report_age_s", "matching_cost", "position_covariance_in_enu_m2"),
+    *("heading_sigma_deg", "height_sigma_m", "flags", "quaymark_pose_id", "run_id"),
+    *("registration_id", "source", "split", "grade", "reasons", "guideline_version"),
+)
 UNITS = "px, (0, 0) is the centre of the first pixel; cam_t_m2c in mm; dims_m in m; degrees"
 
 
@@ -45,13 +49,46 @@ def write(source: Source, *, folder: str = "") -> Iterator[bytes]:
     yield b'\n],\n"manifest":' + sorted_json(source.manifest()) + b"}\n"
 
 
-def annotations(first: int, poses: Sequence[PoseRecord]) -> bytes:
+def annotations(poses: PoseTable) -> bytes:
     """Return a line of each pose, with commas between them and before all but the file's first."""
-    lead = b",\n" if first else b""
-    numbered = enumerate(zip(poses, silhouettes(poses), strict=True), start=first + 1)
-    return lead + b",\n".join(
-        json_bytes(_annotation(number, pose, outline)) for number, (pose, outline) in numbered
+    poses.refuse_what_is_no_number()
+    boxes = [(x1, y1, x2 - x1, y2 - y1) for x1, y1, x2, y2 in poses.boxes_px]
+    outlines, kinds = silhouettes(poses.corners_in_image_px, poses.images, poses.boxes_px)
+    grades, reasons, versions = zip(*map(_verdict, poses.reviews), strict=True)
+    lines = json_lines(
+        NAMES,
+        range(poses.first + 1, poses.first + 1 + len(poses.ids)),
+        [image.number for image in poses.images],
+        repeat(1, len(poses.ids)),
+        boxes,
+        [width * height for _, _, width, height in boxes],
+        repeat(0, len(poses.ids)),
+        zip(outlines, strict=True),
+        kinds,
+        poses.scores,
+        poses.rotations_cam_from_vessel.reshape(-1, 9).tolist(),
+        (np.array(poses.centroids_in_cam_m) * MM_PER_M).tolist(),
+        zip(poses.lengths_m, poses.widths_m, poses.heights_m, strict=True),
+        poses.corners_in_image_px,
+        poses.vessels,
+        poses.headings_deg,
+        poses.heading_sources,
+        poses.report_ages_s,
+        poses.costs,
+        poses.position_covariances_in_enu_m2,
+        poses.heading_sigmas_deg,
+        poses.height_sigmas_m,
+        poses.flags,
+        poses.ids,
+        poses.run_ids,
+        poses.registration_ids,
+        poses.sources,
+        poses.parts,
+        grades,
+        reasons,
+        versions,
     )
+    return (b",\n" if poses.first else b"") + b",\n".join(lines)
 
 
 def _image(image: ImageRecord, folder: str) -> dict[str, object]:
@@ -60,56 +97,13 @@ def _image(image: ImageRecord, folder: str) -> dict[str, object]:
         "file_name": f"{folder}{image.sha256}{image.suffix}" if folder else image.file_name,
         "width": image.width_px,
         "height": image.height_px,
-        "date_captured": moment_text(image.captured_at),
+        "date_captured": image.captured_at,
         "quaymark_image_id": image.id,
         "sha256": image.sha256,
     }
 
 
-def _annotation(
-    number: int, pose: PoseRecord, silhouette: tuple[list[float], str]
-) -> dict[str, object]:
-    refuse_what_is_no_number(pose)
-    x1, y1, x2, y2 = pose.box_px
-    x, y, z = pose.centroid_in_cam_m
-    (a, b, c), (d, e, f), (g, h, i) = pose.rotation_cam_from_vessel
-    outline, kind = silhouette
-    grade, reasons, guideline_version = _verdict(pose.review)
-    return {
-        "id": number,
-        "image_id": pose.image.number,
-        "category_id": 1,
-        "bbox": [x1, y1, x2 - x1, y2 - y1],
-        "area": (x2 - x1) * (y2 - y1),
-        "iscrowd": 0,
-        "segmentation": [outline],
-        "silhouette": kind,
-        "score": pose.score,
-        "cam_R_m2c": [a, b, c, d, e, f, g, h, i],
-        "cam_t_m2c": [x * MM_PER_M, y * MM_PER_M, z * MM_PER_M],
-        "dims_m": [pose.length_m, pose.width_m, pose.height_m],
-        "corners_2d": pose.corners_in_image_px,
-        "vessel": pose.vessel,
-        "heading_deg": pose.heading_deg,
-        "heading_source": pose.heading_source,
-        "report_age_s": pose.report_age_s,
-        "matching_cost": pose.cost,
-        "position_covariance_in_enu_m2": pose.position_covariance_in_enu_m2,
-        "heading_sigma_deg": pose.heading_sigma_deg,
-        "height_sigma_m": pose.height_sigma_m,
-        "flags": pose.flags,
-        "quaymark_pose_id": pose.id,
-        "run_id": pose.run_id,
-        "registration_id": pose.view.registration_id,
-        "source": pose.source,
-        "split": pose.part,
-        "grade": grade,
-        "reasons": reasons,
-        "guideline_version": guideline_version,
-    }
-
-
-def _verdict(review: ReviewRecord | None) -> tuple[str | None, list[str], int | None]:
+def _verdict(review: ReviewRecord | None) -> tuple[str | None, Sequence[str], int | None]:
     if review is None:
         return None, [], None
-    return review.grade, list(review.reasons), review.guideline_version
+    return review.grade, review.reasons, review.guideline_version

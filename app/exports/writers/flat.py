@@ -1,6 +1,5 @@
 """A pose as one flat row, for tables: the same columns in CSV and Parquet."""
 
-from app.exports.writers.json_bytes import moment_text
 from app.exports.writers.records import PoseRecord, refuse_what_is_no_number
 
 Cell = str | int | float | None
@@ -34,7 +33,7 @@ def row(pose: PoseRecord) -> list[Cell]:
         corners += (None, None) if corner is None else corner
     return [
         *(pose.id, pose.run_id, view.registration_id, view.viewport_id, image.camera_id, image.id),
-        *(image.file_name, image.sha256, moment_text(image.captured_at), pose.vessel),
+        *(image.file_name, image.sha256, image.captured_at, pose.vessel),
         *(pose.lat_deg, pose.lon_deg, pose.center_height_m, pose.heading_deg, pose.heading_source),
         *(pose.report_age_s, pose.length_m, pose.width_m, pose.height_m),
         *pose.centroid_in_cam_m,

@@ -1,8 +1,8 @@
 """JSON as all writers write it: compact, exact, the same bytes for the same values."""
 
 import json
-from collections.abc import Mapping
-from datetime import datetime
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import repeat
 
 import orjson
 
@@ -34,6 +34,7 @@ def ascii_texts(values: Mapping[str, str | int]) -> bytes:
     return ascii_json(values)
 
 
-def moment_text(moment: datetime) -> str:
-    """Return a moment in UTC as ISO 8601 with Z."""
-    return moment.isoformat().replace("+00:00", "Z")
+def json_lines(names: Sequence[str], *columns: Iterable[object]) -> list[bytes]:
+    """Return an object of each row of some columns, as compact JSON."""
+    rows = map(zip, repeat(names), zip(*columns, strict=True))
+    return list(map(orjson.dumps, map(dict, rows)))

@@ -14,7 +14,7 @@ Format: A. Geiger, P. Lenz, R. Urtasun, "Are we ready for autonomous driving?" (
 from collections.abc import Iterator
 from math import atan2, pi
 
-from app.exports.writers.json_bytes import json_bytes, moment_text
+from app.exports.writers.json_bytes import json_bytes
 from app.exports.writers.records import (
     Frame,
     PoseRecord,
@@ -100,7 +100,7 @@ def _sidecar(frame: Frame) -> dict[str, object]:
     return {
         "file_name": frame.image.file_name,
         "sha256": frame.image.sha256,
-        "captured_at": moment_text(frame.image.captured_at),
+        "captured_at": frame.image.captured_at,
         "registration_id": view.registration_id,
         "distortion": list(view.distortion),
         "R_cam_from_ecef": view.R_cam_from_ecef,

@@ -4,17 +4,22 @@ A reader that does not find `{"type": "end", "complete": true, ...}` at the end 
 An incremental export also tells what is gone, a line each: `{"type": "gone", "id": 7}`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from itertools import repeat
 
 import orjson
 
-from app.exports.writers.json_bytes import ascii_json, ascii_texts, json_bytes, moment_text
-from app.exports.writers.records import (
-    ImageRecord,
-    PoseRecord,
-    ReviewRecord,
-    Source,
-    refuse_what_is_no_number,
+from app.exports.writers.json_bytes import ascii_json, ascii_texts, json_bytes, json_lines
+from app.exports.writers.pose_table import PoseTable
+from app.exports.writers.records import ImageRecord, ReviewRecord, Source
+
+NAMES = (
+    *("type", "id", "run_id", "registration_id", "viewport_id", "image", "vessel", "box_px"),
+    *("score", "cost", "centroid_in_cam_m", "rotation_cam_from_vessel", "rotvec_cam_from_vessel"),
+    *("lat_deg", "lon_deg", "center_height_m", "heading_deg", "heading_source", "report_age_s"),
+    *("length_m", "width_m", "height_m", "corners_in_image_px", "correction_in_enu_m"),
+    *("position_covariance_in_enu_m2", "heading_sigma_deg", "height_sigma_m", "flags"),
+    *("review", "source", "split"),
 )
 
 
@@ -32,16 +37,45 @@ def write(source: Source) -> Iterator[bytes]:
     yield ascii_json(end | dict(source.manifest())) + b"\n"
 
 
-def pose_lines(_first: int, poses: Sequence[PoseRecord]) -> bytes:
+def pose_lines(poses: PoseTable) -> bytes:
     """Return a line of each pose."""
-    lines: list[bytes] = []
-    seen: ImageRecord | None = None
-    image = orjson.Fragment(b"null")
-    for pose in poses:
-        if pose.image is not seen:
-            seen = pose.image
-            image = orjson.Fragment(_image(seen))
-        lines.append(json_bytes(_pose(pose, image)))
+    poses.refuse_what_is_no_number()
+    once = {image.id: image for image in poses.images}
+    images = {image_id: orjson.Fragment(_image(image)) for image_id, image in once.items()}
+    lines = json_lines(
+        NAMES,
+        repeat("pose", len(poses.ids)),
+        poses.ids,
+        poses.run_ids,
+        poses.registration_ids,
+        poses.viewport_ids,
+        [images[image.id] for image in poses.images],
+        poses.vessels,
+        poses.boxes_px,
+        poses.scores,
+        poses.costs,
+        poses.centroids_in_cam_m,
+        poses.rotations_cam_from_vessel.tolist(),
+        poses.rotvecs_cam_from_vessel,
+        poses.lats_deg,
+        poses.lons_deg,
+        poses.center_heights_m,
+        poses.headings_deg,
+        poses.heading_sources,
+        poses.report_ages_s,
+        poses.lengths_m,
+        poses.widths_m,
+        poses.heights_m,
+        poses.corners_in_image_px,
+        poses.corrections_in_enu_m,
+        poses.position_covariances_in_enu_m2,
+        poses.heading_sigmas_deg,
+        poses.height_sigmas_m,
+        poses.flags,
+        [review and _review(review) for review in poses.reviews],
+        poses.sources,
+        poses.parts,
+    )
     lines.append(b"")
     return b"\n".join(lines)
 
@@ -55,46 +89,9 @@ def _image(image: ImageRecord) -> bytes:
             "sha256": image.sha256,
             "width_px": image.width_px,
             "height_px": image.height_px,
-            "captured_at": moment_text(image.captured_at),
+            "captured_at": image.captured_at,
         }
     )
-
-
-def _pose(pose: PoseRecord, image: orjson.Fragment) -> dict[str, object]:
-    refuse_what_is_no_number(pose)
-    return {
-        "type": "pose",
-        "id": pose.id,
-        "run_id": pose.run_id,
-        "registration_id": pose.view.registration_id,
-        "viewport_id": pose.view.viewport_id,
-        "image": image,
-        "vessel": pose.vessel,
-        "box_px": pose.box_px,
-        "score": pose.score,
-        "cost": pose.cost,
-        "centroid_in_cam_m": pose.centroid_in_cam_m,
-        "rotation_cam_from_vessel": pose.rotation_cam_from_vessel,
-        "rotvec_cam_from_vessel": pose.rotvec_cam_from_vessel,
-        "lat_deg": pose.lat_deg,
-        "lon_deg": pose.lon_deg,
-        "center_height_m": pose.center_height_m,
-        "heading_deg": pose.heading_deg,
-        "heading_source": pose.heading_source,
-        "report_age_s": pose.report_age_s,
-        "length_m": pose.length_m,
-        "width_m": pose.width_m,
-        "height_m": pose.height_m,
-        "corners_in_image_px": pose.corners_in_image_px,
-        "correction_in_enu_m": pose.correction_in_enu_m,
-        "position_covariance_in_enu_m2": pose.position_covariance_in_enu_m2,
-        "heading_sigma_deg": pose.heading_sigma_deg,
-        "height_sigma_m": pose.height_sigma_m,
-        "flags": pose.flags,
-        "review": None if pose.review is None else _review(pose.review),
-        "source": pose.source,
-        "split": pose.part,
-    }
 
 
 def _review(review: ReviewRecord) -> dict[str, object]:
@@ -102,5 +99,5 @@ def _review(review: ReviewRecord) -> dict[str, object]:
         "grade": review.grade,
         "reasons": review.reasons,
         "guideline_version": review.guideline_version,
-        "created_at": moment_text(review.created_at),
+        "created_at": review.created_at,
     }

@@ -6,9 +6,11 @@ more than a few hundred poses, so that years of them fit into little memory.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from math import isfinite
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from app.exports.writers.pose_table import PoseTable
 
 Pixels = Sequence[list[float] | None]
 Matrix = Sequence[Sequence[float]]
@@ -18,7 +20,8 @@ Matrix = Sequence[Sequence[float]]
 class ImageRecord:
     """A photograph; `suffix` is that of its media type, with the dot.
 
-    `number` is its place among the photographs of the selection, counted from 1.
+    `captured_at` is ISO 8601 with Z. `number` is its place among the photographs of the selection,
+    counted from 1.
     """
 
     id: int
@@ -26,7 +29,7 @@ class ImageRecord:
     sha256: str
     width_px: int
     height_px: int
-    captured_at: datetime
+    captured_at: str
     camera_id: int = 0
     suffix: str = ".jpg"
     number: int = 0
@@ -34,12 +37,12 @@ class ImageRecord:
 
 @dataclass(slots=True)
 class ReviewRecord:
-    """The verdict on a pose that counts."""
+    """The verdict on a pose that counts; `created_at` is ISO 8601 with Z."""
 
     grade: str
     reasons: Sequence[str]
     guideline_version: int
-    created_at: datetime
+    created_at: str
 
 
 @dataclass(slots=True)
@@ -174,8 +177,8 @@ class Source(Protocol):
         """Give the poses, by id."""
         ...
 
-    def lines(self, write: "Callable[[int, Sequence[PoseRecord]], bytes]") -> Iterator[bytes]:
-        """Give what a writer's function makes of the poses, some at a time, the first's number."""
+    def lines(self, write: "Callable[[PoseTable], bytes]") -> Iterator[bytes]:
+        """Give what a writer's function makes of the poses, some at a time."""
         ...
 
     def gone(self) -> Iterator[int]:

@@ -13,9 +13,10 @@ from itertools import chain, combinations
 import numpy as np
 import numpy.typing as npt
 
-from app.exports.writers.records import Pixels, PoseRecord
+from app.exports.writers.records import ImageRecord, Pixels
 
 Point = list[float]
+Box = tuple[float, float, float, float]
 WHOLE, PARTIAL, BOX = "whole", "partial", "box"
 CORNERS = 8
 AT_ONCE = 256  # as many as stay in a processor's cache
@@ -42,34 +43,45 @@ def _turns_of_edges() -> tuple[npt.NDArray[np.intp], npt.NDArray[np.bool_]]:
 _TRIPLE_OF, _IN_ORDER = _turns_of_edges()
 
 
-def silhouettes(poses: Sequence[PoseRecord]) -> list[tuple[list[float], str]]:
-    """Return the `silhouette` of each pose."""
-    starts = range(0, len(poses), AT_ONCE)
-    return [each for start in starts for each in _silhouettes(poses[start : start + AT_ONCE])]
+def silhouettes(
+    corners: Sequence[Pixels], images: Sequence[ImageRecord], boxes_px: Sequence[Box]
+) -> tuple[list[list[float]], list[str]]:
+    """Return the `silhouette` of each pose: the outlines, and what they are."""
+    outlines: list[list[float]] = []
+    kinds: list[str] = []
+    for start in range(0, len(corners), AT_ONCE):
+        end = start + AT_ONCE
+        some = zip(corners[start:end], images[start:end], boxes_px[start:end], strict=True)
+        sure = _sure(corners[start:end], images[start:end])
+        for number, of_pose in enumerate(some):
+            outline, kind = sure.get(number) or silhouette(*of_pose)
+            outlines.append(outline)
+            kinds.append(kind)
+    return outlines, kinds
 
 
-def _silhouettes(poses: Sequence[PoseRecord]) -> list[tuple[list[float], str]]:
+def _sure(
+    corners: Sequence[Pixels], images: Sequence[ImageRecord]
+) -> dict[int, tuple[list[float], str]]:
+    """Return by place the silhouettes that are clear cases."""
     whole = [
-        number
-        for number, pose in enumerate(poses)
-        if len(pose.corners_in_image_px) == CORNERS and None not in pose.corners_in_image_px
+        number for number, box in enumerate(corners) if len(box) == CORNERS and None not in box
     ]
-    corners = chain.from_iterable(poses[number].corners_in_image_px for number in whole)
-    values = chain.from_iterable(corner for corner in corners if corner is not None)
+    flat = chain.from_iterable(corners[number] for number in whole)
+    values = chain.from_iterable(filter(None, flat))
     points = np.fromiter(values, np.float64, len(whole) * CORNERS * 2).reshape(-1, CORNERS, 2)
     sizes = np.array(
-        [(poses[number].image.width_px, poses[number].image.height_px) for number in whole]
+        [(images[number].width_px, images[number].height_px) for number in whole]
     ).reshape(-1, 1, 2)
     inside = ((points >= 0) & (points <= sizes)).all(axis=(1, 2))
     outlines, lengths, clear = _hulls(points)
-    found: dict[int, tuple[list[float], str]] = {
+    return {
         number: (outline[:length], WHOLE)
         for number, outline, length, is_sure in zip(
             whole, outlines.tolist(), lengths.tolist(), (inside & clear).tolist(), strict=True
         )
         if is_sure
     }
-    return [found.get(number) or silhouette(pose) for number, pose in enumerate(poses)]
 
 
 def _hulls(
@@ -97,22 +109,21 @@ def _hulls(
     return outlines, from_each.any(axis=1).sum(axis=0) * 2, clear
 
 
-def silhouette(pose: PoseRecord) -> tuple[list[float], str]:
+def silhouette(corners: Pixels, image: ImageRecord, box_px: Box) -> tuple[list[float], str]:
     """Return u1, v1, u2, v2, ... of a pose's outline within the photograph, and what it is.
 
     `whole`: of all eight corners. `partial`: some lie behind the camera. `box`: too few are left,
     so it is the detection's rectangle.
     """
-    corners = pose.corners_in_image_px
     points = [corner for corner in corners if corner is not None]
     outline = convex_hull(points) if len(points) > 2 else []
-    width, height = pose.image.width_px, pose.image.height_px
+    width, height = image.width_px, image.height_px
     for u, v in outline:
         if not (0 <= u <= width and 0 <= v <= height):
             outline = clipped(outline, width, height)
             break
     if len(outline) < 3:
-        x1, y1, x2, y2 = pose.box_px
+        x1, y1, x2, y2 = box_px
         return [x1, y1, x2, y1, x2, y2, x1, y2], BOX
     kind = WHOLE if len(points) == len(corners) else PARTIAL
     return [value for point in outline for value in point], kind

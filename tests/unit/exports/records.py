@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 
 import numpy as np
 
 from app.domain.rotations import matrix_from_rotvec
 from app.exports.writers.batches import Lines
+from app.exports.writers.pose_table import PoseTable
 from app.exports.writers.records import (
     Frame,
     ImageRecord,
@@ -23,7 +23,7 @@ MORNING = ImageRecord(
     sha256="ab" * 32,
     width_px=2560,
     height_px=1920,
-    captured_at=datetime(2022, 7, 14, 10, 20, 30, tzinfo=UTC),
+    captured_at="2022-07-14T10:20:30Z",
 )
 NOON = ImageRecord(
     id=57,
@@ -31,7 +31,7 @@ NOON = ImageRecord(
     sha256="cd" * 32,
     width_px=2560,
     height_px=1920,
-    captured_at=datetime(2022, 7, 14, 12, 0, 0, 250000, tzinfo=UTC),
+    captured_at="2022-07-14T12:00:00.250000Z",
     suffix=".png",
 )
 VIEW = ViewRecord(
@@ -92,8 +92,8 @@ def pose(
     return PoseRecord(**(fields | changes))  # type: ignore[arg-type]  each has its field's type
 
 
-GOOD = ReviewRecord("good", [], 1, datetime(2022, 7, 15, 8, 0, tzinfo=UTC))
-BAD = ReviewRecord("bad", ["height", "other"], 1, datetime(2022, 7, 15, 8, 1, tzinfo=UTC))
+GOOD = ReviewRecord("good", [], 1, "2022-07-15T08:00:00Z")
+BAD = ReviewRecord("bad", ["height", "other"], 1, "2022-07-15T08:01:00Z")
 POSE = pose(101, MORNING, "f3a9c2d4e5b60718", GOOD)
 POSES = [
     POSE,
@@ -181,7 +181,7 @@ class Records:
     def lines(self, write: Lines) -> Iterator[bytes]:
         """Give what a writer makes of the poses, two at a time."""
         for first in range(0, len(self.all_poses), 2):
-            yield write(first, self.all_poses[first : first + 2])
+            yield write(PoseTable.of(first, self.all_poses[first : first + 2]))
 
     def gone(self) -> Iterator[int]:
         """Give the ids that are gone."""

@@ -103,7 +103,9 @@ def test_many_silhouettes_are_each_as_taken_alone(boxes: list[list[int]]) -> Non
         )
         for box in boxes
     ]
-    assert silhouettes([*POSES, *poses]) == [silhouette(pose) for pose in [*POSES, *poses]]
+    of = [(each.corners_in_image_px, each.image, each.box_px) for each in [*POSES, *poses]]
+    outlines, kinds = silhouettes(*zip(*of, strict=True))
+    assert list(zip(outlines, kinds, strict=True)) == [silhouette(*each) for each in of]
 
 
 def test_a_split_makes_a_file_or_a_folder_of_each_part() -> None:
