@@ -24,4 +24,4 @@ def moment_text(stored: datetime | str) -> str:
     """
     if isinstance(stored, str):
         return f"{stored[:10]}T{stored[11:].removesuffix(_NO_FRACTION)}Z"
-    return stored.astimezone(UTC).isoformat().replace("+00:00", "Z")
+    return f"{stored.astimezone(UTC).replace(tzinfo=None).isoformat()}Z"
