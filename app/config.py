@@ -100,6 +100,9 @@ class Settings(MailSettings, ProviderSettings, BaseSettings):
     rehash_bytes_per_s: float = Field(
         20e6, gt=0, description="How fast stored files are hashed again, once a day"
     )
+    alarms_look_every_s: float = Field(
+        30.0, gt=0, description="How often it is looked whether an alarm is to be mailed"
+    )
     heartbeat_s: float = Field(1.0, gt=0)
     takeover_after_s: float = Field(4.0, gt=0)
 

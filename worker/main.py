@@ -23,6 +23,7 @@ from app.db import Database
 from app.errors import Conflict
 from app.garbage import set_startup_aside
 from app.jobs import JobRunner, reason_of
+from worker.alarms import AlarmLoop
 from worker.feeds import FeedLoops
 from worker.inference.session import missing_providers
 from worker.live.folders import FolderLoops
@@ -116,6 +117,7 @@ def loop_kinds(database: Database, settings: Settings) -> list[LoopKind]:
         Housekeeping(database, settings),
         RehashLoop(database, settings),
         WebhookLoops(database, settings),
+        AlarmLoop(database, settings),
     ]
 
 

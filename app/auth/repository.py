@@ -205,6 +205,23 @@ def other_active_admins(session: Session, user_id: int) -> int:
     return len(rows)
 
 
+def administrators(session: Session, site_id: int | None) -> Sequence[User]:
+    """Return the active administrators of a site and of all sites; for None only the latter."""
+    of_all = Membership.site_id.is_(None)
+    return session.scalars(
+        sa.select(User)
+        .join(User.memberships)
+        .where(
+            User.is_active,
+            User.removed_at.is_(None),
+            Membership.role == Role.ADMIN,
+            of_all if site_id is None else sa.or_(of_all, Membership.site_id == site_id),
+        )
+        .distinct()
+        .order_by(User.id)
+    ).all()
+
+
 def existing_sites(session: Session, site_ids: set[int]) -> set[int]:
     """Return which of the site ids exist."""
     return set(session.scalars(sa.select(Site.id).where(Site.id.in_(site_ids))).all())

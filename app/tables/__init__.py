@@ -3,6 +3,7 @@
 from app.tables import (
     ais,
     ais_uploads,
+    alarms,
     calibration,
     clock,
     deletion,
@@ -31,6 +32,7 @@ from app.tables import (
 __all__ = [
     "ais",
     "ais_uploads",
+    "alarms",
     "calibration",
     "clock",
     "deletion",

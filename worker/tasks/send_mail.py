@@ -8,6 +8,7 @@ from collections.abc import Callable
 import structlog
 from sqlalchemy.orm import Session
 
+from app.alarms.letters import ALARM_MAIL, alarm_letter
 from app.auth import letters as written
 from app.config import Settings
 from app.db import Database
@@ -76,5 +77,6 @@ def letters(runner: JobRunner, database: Database, settings: Settings) -> tuple[
     kinds: dict[str, WriteLetter] = {
         written.INVITATION_MAIL: written.invitation_letter,
         written.RESET_MAIL: written.reset_letter,
+        ALARM_MAIL: alarm_letter,
     }
     return tuple(SendMail(runner, database, settings, job, write) for job, write in kinds.items())

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -10,10 +11,12 @@ from fastapi import FastAPI
 from starlette.testclient import TestClient
 
 from app.config import Settings
-from app.db import Database
+from app.db import Database, now
 from app.main import furnish
+from app.tables.feeds import AisFeed, FeedKind
 from app.tables.identity import AuditEntry, Role
 from tests.factories import identity
+from tests.factories.sites import make_site
 from tests.integration.conftest import _cheap_passwords, routes
 from tests.mail_server import MailServer
 from tests.worker_process import WorkerProcess, wait_until
@@ -56,6 +59,7 @@ def working(settings: Settings, tmp_path: Path) -> WorkerProcess:
         QUAYMARK_SMTP_SENDER=settings.smtp_sender,
         QUAYMARK_SMTP_PAUSES_S="[0.1, 0.1]",
         QUAYMARK_HEARTBEAT_S="0.2",
+        QUAYMARK_ALARMS_LOOK_EVERY_S="0.1",
     )
 
 
@@ -70,7 +74,7 @@ def test_links_go_by_mail_once_and_for_those_who_are_here(
     """An invitation and a forgotten password work by mail; strangers get the same answer, no mail.
 
     A server that fails for a moment is tried again; one that refuses for good fails the job, which
-    says why and can be tried again.
+    says why and can be tried again. An alarm goes to the administrator by itself.
     """
     with database.writing() as session:
         admin = identity.make_user(session, Role.ADMIN, email="admin@harbour.example")
@@ -112,6 +116,20 @@ def test_links_go_by_mail_once_and_for_those_who_are_here(
         wait_until(lambda: len(mail_server.letters) == 2, what="the new password's link")
         wait_until(lambda: job()["status"] == "succeeded", what="the last job")
 
+        with database.writing() as session:
+            silent = AisFeed(
+                site_id=make_site(session).id,
+                name="Pier 7",
+                kind=FeedKind.TCP,
+                host="pier.invalid",
+                port=1,
+                silent_after_s=60.0,
+                started_at=now() - timedelta(hours=1),
+            )
+            session.add(silent)
+        wait_until(lambda: len(mail_server.letters) == 3, what="the alarm")
+
+    assert mail_server.letters.pop()["To"] == admin.email
     assert [letter["To"] for letter in mail_server.letters] == [invited["email"], eve.email]
     for address in (invited["email"], eve.email):
         where, path = mail_server.link_to(address)
