@@ -16,6 +16,7 @@ class Room:
     """What is free of a folder's disk, and how large the disk is, bytes."""
 
     folder: str
+    device: int
     free_bytes: int
     total_bytes: int
 
@@ -34,5 +35,11 @@ def rooms(settings: Settings, storage: Storage) -> dict[str, Room]:
     for name, folder in folders.items():
         existing = next(each for each in (folder, *folder.resolve().parents) if each.exists())
         usage = shutil.disk_usage(existing)
-        found[name] = Room(str(folder.resolve()), usage.free, usage.total)
+        found[name] = Room(str(folder.resolve()), existing.stat().st_dev, usage.free, usage.total)
     return found
+
+
+def scarce(settings: Settings, storage: Storage) -> list[Room]:
+    """Return the disks where somebody should make room, each once."""
+    found = {room.device: room for room in rooms(settings, storage).values() if room.is_scarce}
+    return list(found.values())

@@ -16,7 +16,7 @@ from app.alarms.letters import ALARM_MAIL
 from app.auth import audit, users
 from app.config import Settings
 from app.db import now
-from app.disk_room import rooms
+from app.disk_room import scarce
 from app.feeds import service as feeds
 from app.jobs import JobClient, JobQueue
 from app.storage import Storage
@@ -46,13 +46,10 @@ def what_is_wrong(session: Session, settings: Settings, storage: Storage) -> dic
         )
         for view in feeds.alarms(session, None)
     }
-    for room in rooms(settings, storage).values():
-        if room.is_scarce:
-            found[AlarmKind.SCARCE_DISK, room.folder] = Wrong(
-                f"Only {room.free_bytes // MIB:,} MiB are left on the disk of {room.folder}",
-                None,
-                "/",
-            )
+    for room in scarce(settings, storage):
+        found[AlarmKind.SCARCE_DISK, room.folder] = Wrong(
+            f"Only {room.free_bytes // MIB:,} MiB are left on the disk of {room.folder}", None, "/"
+        )
     return found
 
 

@@ -3,10 +3,10 @@
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import RedirectResponse, Response
 
+from app import disk_room
 from app.auth.access import Scope, access_of, public
 from app.auth.destination import SIGN_IN
 from app.dependencies import SessionDep, SettingsDep, StorageDep
-from app.disk_room import rooms
 from app.feeds import service as feeds
 from app.home import service
 from app.templating import page
@@ -30,9 +30,7 @@ def show_home(
         request,
         "home/home.html",
         alarms=feeds.alarms(session, access.site_ids(Scope.INGEST)) if sets_up else [],
-        scarce=[room for room in rooms(settings, storage).values() if room.is_scarce]
-        if access.is_admin
-        else [],
+        scarce=disk_room.scarce(settings, storage) if access.is_admin else [],
         site=site,
         steps=steps,
         reviews=reviews,

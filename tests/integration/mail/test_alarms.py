@@ -1,7 +1,6 @@
 """Alarms by mail: to whom, how often, and what they say."""
 
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
@@ -24,7 +23,7 @@ BEGIN = datetime(2026, 11, 22, 12, tzinfo=UTC)
 
 
 def test_an_alarm_is_told_once_and_once_more_when_it_is_over(
-    database: Database, settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    database: Database, settings: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A feed's alarm goes to the site's administrators, a disk's to those of all sites.
 
@@ -33,8 +32,8 @@ def test_an_alarm_is_told_once_and_once_more_when_it_is_over(
     """
     with database.writing() as session:
         site, other = make_site(session), make_site(session)
-        here = identity.make_user(session, Role.ADMIN, site, email="here@harbour.example")
-        identity.make_user(session, Role.ADMIN, other, email="elsewhere@harbour.example")
+        here = identity.make_user(session, Role.ADMIN, site.id, email="here@harbour.example")
+        identity.make_user(session, Role.ADMIN, other.id, email="elsewhere@harbour.example")
         identity.make_user(session, Role.OPERATOR, email="operator@harbour.example")
         of_all = identity.make_user(session, Role.ADMIN, email="all@harbour.example")
         feed = AisFeed(
