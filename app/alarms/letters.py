@@ -3,7 +3,7 @@
 from sqlalchemy.orm import Session
 
 from app.alarms import repository
-from app.auth import users
+from app.auth.administrators import administrators_of
 from app.mail.sending import Letter
 
 ALARM_MAIL = "mail alarm"
@@ -15,7 +15,7 @@ def alarm_letter(session: Session, address: str, letter_id: int) -> Letter | Non
     if row is None:
         return None
     alarm = row.alarm
-    readers = {user.id: user for user in users.administrators(session, alarm.site_id)}
+    readers = {user.id: user for user in administrators_of(session, alarm.site_id)}
     reader = readers.get(row.user_id)
     if reader is None:
         return None

@@ -13,7 +13,8 @@ from sqlalchemy.orm import Session
 
 from app.alarms import repository
 from app.alarms.letters import ALARM_MAIL
-from app.auth import audit, users
+from app.auth import audit
+from app.auth.administrators import administrators_of
 from app.config import Settings
 from app.db import now
 from app.disk_room import scarce
@@ -91,7 +92,7 @@ def _begin(session: Session, jobs: JobClient, key: Key, wrong: Wrong, moment: da
 
 
 def _tell(session: Session, jobs: JobClient, alarm: Alarm, *, tells_end: bool) -> None:
-    for reader in users.administrators(session, alarm.site_id):
+    for reader in administrators_of(session, alarm.site_id):
         letter = AlarmLetter(alarm_id=alarm.id, user_id=reader.id, tells_end=tells_end)
         session.add(letter)
         session.flush()

@@ -47,11 +47,6 @@ def normalised_email(text: str) -> str:
     return email
 
 
-def administrators(session: Session, site_id: int | None) -> Sequence[User]:
-    """Return who administers a site, or all sites for None."""
-    return repository.administrators(session, site_id)
-
-
 def create_user(
     session: Session,
     email: str,
