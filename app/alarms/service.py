@@ -13,7 +13,6 @@ from sqlalchemy.orm import Session
 
 from app.alarms import repository
 from app.alarms.letters import ALARM_MAIL
-from app.auth import audit
 from app.auth.administrators import administrators_of
 from app.config import Settings
 from app.db import now
@@ -22,6 +21,7 @@ from app.feeds import service as feeds
 from app.jobs import JobClient, JobQueue
 from app.storage import Storage
 from app.tables.alarms import Alarm, AlarmKind, AlarmLetter
+from app.tables.identity import AuditEntry
 
 LASTS = timedelta(minutes=10)
 MIB = 1 << 20
@@ -71,7 +71,6 @@ def look(
         alarm.clear_since = alarm.clear_since or moment
         if moment - alarm.clear_since >= LASTS:
             alarm.ended_at = moment
-            audit.record(session, None, "end", "alarm", alarm.id, alarm.site_id, title=alarm.title)
             _tell(session, jobs, alarm, tells_end=True)
 
 
@@ -87,11 +86,19 @@ def _begin(session: Session, jobs: JobClient, key: Key, wrong: Wrong, moment: da
     )
     session.add(alarm)
     session.flush()
-    audit.record(session, None, "begin", "alarm", alarm.id, alarm.site_id, title=alarm.title)
     _tell(session, jobs, alarm, tells_end=False)
 
 
 def _tell(session: Session, jobs: JobClient, alarm: Alarm, *, tells_end: bool) -> None:
+    session.add(
+        AuditEntry(
+            action="end" if tells_end else "begin",
+            entity="alarm",
+            entity_id=alarm.id,
+            site_id=alarm.site_id,
+            details={"title": alarm.title},
+        )
+    )
     for reader in administrators_of(session, alarm.site_id):
         letter = AlarmLetter(alarm_id=alarm.id, user_id=reader.id, tells_end=tells_end)
         session.add(letter)
