@@ -6,11 +6,13 @@ import { explain } from "./api";
 import { number } from "./format";
 import { eachAtMost } from "./upload/queue";
 import { sendFile } from "./upload/send-file";
+import { lacksTime, timeQuestion } from "./upload/time-question";
 
 const AT_ONCE = 3;
 
 interface Entry {
   readonly file: File;
+  readonly item: HTMLElement;
   readonly bar: HTMLProgressElement;
   readonly state: HTMLElement;
   result: "waiting" | "stored" | "known" | "failed";
@@ -65,17 +67,17 @@ async function upload(
   fields.delete(input.name);
   const tell = (): void => {
     summary.textContent = summarise(entries);
+    const isDone = entries.every((entry) => entry.result !== "waiting");
+    if (isDone && entries.some((entry) => entry.result === "stored")) {
+      summary.append(" ", showThem());
+    }
   };
   tell();
   await eachAtMost(entries, AT_ONCE, async (entry) => {
-    await sendEntry(url, fields, entry);
-    tell();
+    await sendEntry(url, fields, entry, tell);
   });
   button.disabled = false;
   input.value = "";
-  if (entries.some((entry) => entry.result === "stored")) {
-    summary.append(" ", showThem());
-  }
 }
 
 /** A link that loads the page again, now with the new photographs in its list. */
@@ -86,12 +88,20 @@ function showThem(): HTMLAnchorElement {
   return link;
 }
 
-async function sendEntry(url: string, fields: FormData, entry: Entry): Promise<void> {
+async function sendEntry(
+  url: string,
+  fields: FormData,
+  entry: Entry,
+  tell: () => void,
+): Promise<void> {
   const body = new FormData();
   for (const [name, value] of fields) {
     body.append(name, value);
   }
   body.append("file", entry.file);
+  entry.result = "waiting";
+  entry.bar.hidden = false;
+  entry.state.className = "muted small";
   entry.state.textContent = "Sending";
   try {
     entry.result = await sendFile(url, body, (share) => {
@@ -104,7 +114,27 @@ async function sendEntry(url: string, fields: FormData, entry: Entry): Promise<v
     entry.bar.hidden = true;
     entry.state.className = "field__error";
     entry.state.textContent = explain(error);
+    if (lacksTime(error)) {
+      entry.state.textContent =
+        "Neither EXIF nor the file's name tells when it was taken. Say it here, or give the " +
+        "camera a pattern of file names (Edit). For many: Import folders and zips.";
+      entry.item.append(
+        timeQuestion(entry.file.name, (moment) => {
+          void sendEntry(url, withTime(fields, moment), entry, tell);
+        }),
+      );
+    }
   }
+  tell();
+}
+
+function withTime(fields: FormData, moment: string): FormData {
+  const more = new FormData();
+  for (const [name, value] of fields) {
+    more.append(name, value);
+  }
+  more.set("captured_at", moment);
+  return more;
 }
 
 function addEntry(list: HTMLElement, file: File): Entry {
@@ -122,7 +152,7 @@ function addEntry(list: HTMLElement, file: File): Entry {
   bar.setAttribute("aria-label", `${file.name}, share sent`);
   item.append(name, state, bar);
   list.append(item);
-  return { file, bar, state, result: "waiting" };
+  return { file, item, bar, state, result: "waiting" };
 }
 
 function summarise(entries: readonly Entry[]): string {
