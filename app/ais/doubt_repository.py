@@ -1,6 +1,7 @@
 """Reading what a position is judged by: its vessel's reports around it, and where it was heard."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
+from datetime import datetime
 from functools import lru_cache
 from typing import Any
 
@@ -41,6 +42,31 @@ def neighbour_rows(
     Each neighbour is one step in the index of vessels' times, however long their tracks are.
     """
     return [tuple(row) for row in session.execute(_neighbours(readable), {"ids": ids})]
+
+
+def track_rows(
+    session: Session, readable: Readable, vessels: Collection[int], start: datetime, end: datetime
+) -> Iterable[tuple[Any, ...]]:
+    """Return `FIX_COLUMNS`, lat and lon of site of what vessels reported in a while, oldest first.
+
+    Of all places: what is far away tells most.
+    """
+    asked = {"vessels": list(vessels), "start": start, "end": end}
+    return (tuple(row) for row in session.execute(_tracks(readable), asked))
+
+
+@lru_cache(maxsize=256)  # as below
+def _tracks(readable: Readable) -> sa.Executable:
+    return (
+        sa.select(*FIX_COLUMNS, Site.origin_lat_deg, Site.origin_lon_deg)
+        .outerjoin(Site, Site.id == AisPosition.site_id)
+        .where(
+            AisPosition.mmsi.in_(sa.bindparam("vessels", expanding=True)),
+            AisPosition.fix_time.between(sa.bindparam("start"), sa.bindparam("end")),
+            visible(AisPosition.site_id, readable),
+        )
+        .order_by(AisPosition.fix_time, AisPosition.id)
+    )
 
 
 def fix_rows(session: Session, ids: Sequence[int]) -> Sequence[tuple[Any, ...]]:

@@ -4,7 +4,9 @@ Nothing is written beside a position: a later recording may bring the report tha
 raises one, and importing stays fast. A position costs four steps in an index.
 """
 
-from collections.abc import Iterable, Iterator
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator
+from datetime import datetime
 from typing import Any
 
 from sqlalchemy.orm import Session
@@ -36,6 +38,43 @@ def doubts_of(session: Session, readable: Readable, ids: Iterable[int]) -> dict[
             if own in suspect and Doubt.RECEIVER_CLOCK not in found[own]:
                 found[own].append(Doubt.RECEIVER_CLOCK)
     return found
+
+
+def doubts_between(
+    session: Session,
+    readable: Readable,
+    ids: Iterable[int],
+    vessels: Collection[int],
+    start: datetime,
+    end: datetime,
+) -> dict[int, list[Doubt]]:
+    """Do what `doubts_of` does for many positions that some vessels reported in a while.
+
+    All that these reported then is read at once. Whatever has a neighbour before or after that
+    while is looked up by itself.
+    """
+    asked = set(ids)
+    tracks: dict[int, list[tuple[Any, ...]]] = defaultdict(list)
+    if asked:
+        for row in doubt_repository.track_rows(session, readable, vessels, start, end):
+            tracks[row[1]].append(row)
+    found: dict[int, list[Doubt]] = {}
+    for rows in tracks.values():
+        fixes = [ReportedFix(*row[1:7]) for row in rows]
+        for place in range(NEIGHBOURS, len(rows) - NEIGHBOURS):
+            own, *_, is_suspect, site_lat_deg, site_lon_deg = rows[place]
+            if own not in asked:
+                continue
+            fix = fixes[place]
+            before = fixes[place - NEIGHBOURS : place]
+            after = fixes[place + 1 : place + 1 + NEIGHBOURS]
+            # Of reports of one moment none is another's neighbour.
+            if before[-1].fix_time < fix.fix_time < after[0].fix_time:
+                site = None if site_lat_deg is None else (site_lat_deg, site_lon_deg)
+                found[own] = doubts(fix, before, after, site)
+                if is_suspect and Doubt.RECEIVER_CLOCK not in found[own]:
+                    found[own].append(Doubt.RECEIVER_CLOCK)
+    return found | doubts_of(session, readable, asked.difference(found))
 
 
 def _fixes(

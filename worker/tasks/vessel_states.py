@@ -14,7 +14,7 @@ from typing import NamedTuple
 from sqlalchemy.orm import Session
 
 from app.ais.area import Area
-from app.ais.doubts import doubts_of
+from app.ais.doubts import doubts_between
 from app.ais.service import reports_between
 from app.domain.ais import PositionReport, StaticReport
 from app.domain.fusion_settings import FusionSettings, Preset
@@ -72,11 +72,13 @@ def states_around(
         credible = _by_vessel(heard.positions)
         withheld = [_by_vessel(heard.arrived), _by_vessel(heard.withheld)]
         doubts = {Doubt.RECEIVER_CLOCK} if receiver_clock_is_off(heard.positions) else set()
+        of_group: dict[int, list[VesselState]] = {}
         for image_id in group:
             at = moments[image_id]
             known = [_doubted(state, doubts) for state in tracks.states(credible, at)]
-            states[image_id] = known + tracks.withheld_states(withheld, at, but_for=known)
-    return _with_doubts(session, site_id, states)
+            of_group[image_id] = known + tracks.withheld_states(withheld, at, but_for=known)
+        states |= _with_doubts(session, site_id, of_group, start, end)
+    return states
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,11 +141,16 @@ def _around(
 
 
 def _with_doubts(
-    session: Session, site_id: int, states: Mapping[int, list[VesselState]]
+    session: Session,
+    site_id: int,
+    states: Mapping[int, list[VesselState]],
+    start: datetime,
+    end: datetime,
 ) -> dict[int, list[VesselState]]:
     """Return the states of some images with what is hard to believe of the reports they used."""
     used = {report for of in states.values() for state in of for report in state.report_ids}
-    doubts = doubts_of(session, frozenset((site_id,)), used)
+    vessels = {int(state.identifier) for of in states.values() for state in of}
+    doubts = doubts_between(session, frozenset((site_id,)), used, vessels, start, end)
     return {
         image_id: [
             _doubted(state, {doubt for report in state.report_ids for doubt in doubts[report]})

@@ -4,7 +4,7 @@ from datetime import timedelta
 
 from starlette.testclient import TestClient
 
-from app.ais.doubts import doubts_of
+from app.ais.doubts import doubts_between, doubts_of
 from app.db import Database
 from app.domain.fusion_settings import FusionSettings, Preset
 from app.domain.geodesy import Geodetic
@@ -22,6 +22,7 @@ def test_positions_are_judged_by_all_that_their_vessel_sent(database: Database) 
     """A jump, an MMSI in two places and another side of the world are found; other sites' are not.
 
     What stands in another site's recording neither raises doubts nor shows that there is one.
+    Whole stretches of traffic are judged at once as each position is by itself.
     """
     with database.writing() as session:
         site, other = make_site(session), make_site(session, name="Elsewhere")
@@ -45,6 +46,11 @@ def test_positions_are_judged_by_all_that_their_vessel_sent(database: Database) 
         assert [found[one] for one in jumping] == [[], [], [Doubt.JUMP], [], []]
         assert [found[one] for one in two[1:-1]] == [[Doubt.TWO_PLACES]] * 3
         assert found[far[0]] == [Doubt.FAR_AWAY]
+        vessels = range(MMSI, MMSI + 4)
+        for seconds in (0, 15, 100):  # some have neighbours outside of it
+            end = NOON + timedelta(seconds=seconds)
+            at_once = doubts_between(session, frozenset((site.id,)), ids, vessels, NOON, end)
+            assert at_once == found
         everywhere = doubts_of(session, None, steady)
         assert any(Doubt.JUMP in of or Doubt.TWO_PLACES in of for of in everywhere.values())
 
