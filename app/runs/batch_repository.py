@@ -4,32 +4,26 @@ Reading and writing are apart: a worker reads, computes for seconds, and only th
 nobody waits for the database meanwhile.
 """
 
-from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, joinedload
 
-from app.db import Base, now
+from app.db import now
 from app.domain.detection import Detection as DetectedBox
 from app.domain.detection import passed_over
 from app.runs.inheritance_repository import inherit
+from app.runs.outcome_repository import ImageOutcome, store_poses
 from app.runs.telling import announce_end
-from app.sites.water import Level
 from app.tables.deletion import WITH_DELETED
 from app.tables.detection import BOX_COLUMNS, Detection, DetectionSet, Model
 from app.tables.imagery import Image
-from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow
+from app.tables.runs import Run, RunImage, RunStatus
 from app.tables.sites import Site
-
-# Rows by the thousand go past the mapping to objects.
-_STATES, _MATCHES, _POSES = (
-    Base.metadata.tables[row.__tablename__] for row in (VesselStateRow, Match, Pose)
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,33 +51,6 @@ class KnownBoxes:
 
     id: int
     boxes: list[DetectedBox]
-
-
-@dataclass(frozen=True, slots=True)
-class PoseRows:
-    """The rows of one pose, still without the ids the database gives.
-
-    It is of the vessel state of its image with the same MMSI.
-    """
-
-    detection_index: int
-    cost: float
-    cost_terms: dict[str, float]
-    pose: dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class ImageOutcome:
-    """What came of one image: boxes, vessel states and poses, or the reason why nothing did."""
-
-    image_id: int
-    image_sha256: str
-    detection_set_id: int | None
-    new_boxes: Sequence[DetectedBox] | None
-    states: Sequence[dict[str, Any]]
-    poses: Sequence[PoseRows]
-    error: str | None = None
-    water: Level | None = None
 
 
 def context(session: Session, run_id: int) -> RunContext:
@@ -206,7 +173,7 @@ def store(
         if outcome.detection_set_id is not None
     }
     set_ids |= _store_boxes(session, outcomes, model_sha256, settings_sha256)
-    _store_poses(session, run_id, outcomes, set_ids)
+    store_poses(session, run_id, outcomes, set_ids)
     inherit(session, run_id, [outcome.image_id for outcome in outcomes if outcome.poses])
     done_at = now()
     session.execute(
@@ -267,84 +234,3 @@ def _store_boxes(
     others = [sha256 for sha256 in boxes if sha256 not in ours]
     known = known_detections(session, others, model_sha256, settings_sha256) if others else {}
     return ours | {sha256: found.id for sha256, found in known.items()}
-
-
-def _store_poses(
-    session: Session, run_id: int, outcomes: Sequence[ImageOutcome], set_ids: Mapping[str, int]
-) -> None:
-    states = [
-        {"run_id": run_id, "image_id": outcome.image_id, **state}
-        for outcome in outcomes
-        for state in outcome.states
-    ]
-    poses = [(outcome, rows) for outcome in outcomes for rows in outcome.poses]
-    if not states:
-        return
-    # Ids are asked for afterwards: to be told each as it is inserted takes a statement a row.
-    session.execute(sa.insert(_STATES), states)
-    if not poses:
-        return
-    state_ids = _state_ids(session, run_id, [outcome.image_id for outcome, _ in poses])
-    detection_ids = _detection_ids(session, set_ids.values())
-    matches: list[dict[str, Any]] = [
-        {
-            "run_id": run_id,
-            "detection_id": detection_ids[set_ids[outcome.image_sha256]][rows.detection_index],
-            "vessel_state_id": state_ids[outcome.image_id, rows.pose["mmsi"]],
-            "cost": rows.cost,
-            "cost_terms": rows.cost_terms,
-        }
-        for outcome, rows in poses
-    ]
-    session.execute(sa.insert(_MATCHES), matches)
-    match_ids = _match_ids(session, run_id, [match["vessel_state_id"] for match in matches])
-    session.execute(
-        sa.insert(_POSES),
-        [
-            {
-                "run_id": run_id,
-                "image_id": outcome.image_id,
-                **rows.pose,
-                "match_id": match_ids[match["vessel_state_id"]],
-            }
-            for (outcome, rows), match in zip(poses, matches, strict=True)
-        ],
-    )
-
-
-def _state_ids(
-    session: Session, run_id: int, image_ids: Collection[int]
-) -> Mapping[tuple[int, int], int]:
-    """Return the ids of a run's vessel states on some images, by image and MMSI."""
-    states = _STATES.c
-    rows = session.execute(
-        sa.select(states.image_id, states.mmsi, states.id).where(
-            states.run_id == run_id, states.image_id.in_(set(image_ids))
-        )
-    )
-    return {(image_id, mmsi): state_id for image_id, mmsi, state_id in rows}
-
-
-def _match_ids(session: Session, run_id: int, state_ids: Collection[int]) -> Mapping[int, int]:
-    """Return the ids of a run's matches of states that were stored together, by vessel state."""
-    matches = _MATCHES.c
-    rows = session.execute(
-        sa.select(matches.vessel_state_id, matches.id).where(
-            matches.run_id == run_id,
-            matches.vessel_state_id.between(min(state_ids), max(state_ids)),
-        )
-    )
-    return {row[0]: row[1] for row in rows}
-
-
-def _detection_ids(session: Session, set_ids: Iterable[int]) -> Mapping[int, Sequence[int]]:
-    """Return the ids of the boxes of each set, in the order they were found in."""
-    rows = session.execute(
-        sa.select(Detection.detection_set_id, Detection.id)
-        .where(Detection.detection_set_id.in_(set(set_ids)))
-        .order_by(Detection.id)
-    )
-    ids: dict[int, list[int]] = defaultdict(list)
-    for set_id, identifier in rows:
-        ids[set_id].append(identifier)
-    return ids

@@ -12,7 +12,7 @@ from app.domain.geodesy import WorldFrame
 from app.domain.sighting import SeenImage
 from app.domain.vessel_state import VesselState
 from app.domain.waterplane import water_plane
-from app.runs.batch_repository import PoseRows
+from app.runs.outcome_repository import PoseRows
 from app.runs.pose_columns import pixels, pose_columns
 
 MATCHED = "matched"

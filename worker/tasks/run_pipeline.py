@@ -25,7 +25,8 @@ from app.domain.vessel_state import VesselState
 from app.jobs import JobRunner
 from app.registration.service import camera_of
 from app.runs import batch_repository as batches
-from app.runs.batch_repository import ImageOutcome, KnownBoxes, RunPhotograph
+from app.runs.batch_repository import KnownBoxes, RunPhotograph
+from app.runs.outcome_repository import ImageOutcome
 from app.runs.parameters import fusion_settings
 from app.runs.service import RUN_JOB
 from app.sites.water import Level, levels_at

@@ -8,7 +8,7 @@ import sqlalchemy as sa
 from app.db import Database
 from app.domain.detection import Detection as Box
 from app.runs import batch_repository as batches
-from app.runs.batch_repository import ImageOutcome, PoseRows
+from app.runs.outcome_repository import ImageOutcome, PoseRows
 from app.tables.detection import Detection, DetectionSet
 from app.tables.imagery import Image
 from app.tables.runs import Match, Pose, Run, RunImage, RunStatus, VesselStateRow

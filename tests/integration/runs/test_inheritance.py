@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from app.db import Database
 from app.domain.detection import Detection as Box
 from app.runs import batch_repository as batches
-from app.runs.batch_repository import ImageOutcome, PoseRows
+from app.runs.outcome_repository import ImageOutcome, PoseRows
 from app.tables.identity import User
 from app.tables.reviews import Grade, Review
 from app.tables.runs import Pose, RunStatus
