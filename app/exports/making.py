@@ -71,12 +71,16 @@ def open_reading(
     options: ExportOptions,
     storage: Storage | None = None,
     advanced: Advanced = ignore,
+    at_most: int | None = None,
 ) -> Reading:
-    """Return an export's poses, to be read in the session's transaction."""
+    """Return an export's poses, to be read in the session's transaction.
+
+    With `at_most` the first of them, with the work bounded by that.
+    """
     filters = ExportFilters.model_validate(export.filters)
     _, mmsi = identities.searched(session, filters.mmsi)
     selection = PoseSelection(filters, export.site_ids, mmsi)
-    chosen = selection.chosen(session)
+    chosen = selection.chosen(session, at_most)
     runs = repository.runs(session, np.unique(chosen.run_ids).tolist())
     corrected = filters.poses == "corrected"
     told = _identities(session, export, runs, corrected=corrected)
@@ -91,7 +95,7 @@ def open_reading(
         photograph=_photographs(storage) if options.images and storage else None,
         gone=lambda: selection.gone(session, chosen),
         manifest=lambda reading: manifest_of(
-            session, export, filters, options, runs, told, reading
+            session, export, filters, options, runs, told, reading, at_most
         ),
         advanced=lambda done: advanced(done, total),
     )

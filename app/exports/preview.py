@@ -1,7 +1,8 @@
 """What an export would hold, told before it is made: counts, first poses, about how large.
 
 The size is judged by writing a few poses as the export would: two lengths tell what the file costs
-whatever is in it, and what each pose adds.
+whatever is in it, and what each pose adds. Of a selection of millions only the first poses are
+looked at, so that nobody waits for a page.
 """
 
 import csv
@@ -22,12 +23,16 @@ from app.exports.service import Request
 from app.exports.writers import table_csv
 
 SHOWN = 8
+LOOKED_AT = 50_000  # poses: what a page may take about a second for
 FEW, MORE = 40, 160
 
 
 @dataclass(frozen=True, slots=True)
 class Preview:
-    """What a selection holds: counts, its first poses as rows of text, the size in bytes."""
+    """What a selection holds: counts, its first poses as rows of text, the size in bytes.
+
+    All of it is of the first poses where there is more.
+    """
 
     poses: int
     images: int
@@ -37,12 +42,17 @@ class Preview:
     size_bytes: int
     is_exact: bool
     """Whether all of it was written to know the size."""
+    is_more: bool
+    """Whether there are more poses than were looked at."""
 
 
 def look(session: Session, asked: Request) -> Preview:
     """Return what an export would hold at this moment."""
     plain = asked.options.model_copy(update={"images": False})
-    reading = open_reading(session, asked.row(), plain)
+    reading = open_reading(session, asked.row(), plain, at_most=LOOKED_AT + 1)
+    is_more = len(reading) > LOOKED_AT
+    if is_more:
+        reading = reading.first(LOOKED_AT)
     chosen = reading.chosen
     verdict = asked.filters.verdict or "standing"
     grades = provenance_repository.grades(session, chosen.pose_ids, verdict)
@@ -61,6 +71,7 @@ def look(session: Session, asked: Request) -> Preview:
         rows=_rows(reading.first(SHOWN)),
         size_bytes=size_bytes,
         is_exact=len(reading) <= MORE,
+        is_more=is_more,
     )
 
 

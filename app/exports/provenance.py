@@ -29,8 +29,12 @@ def manifest_of(
     runs: Sequence[Run],
     told: Mapping[int, Identities],
     reading: Reading,
+    at_most: int | None = None,
 ) -> dict[str, Any]:
-    """Return the manifest of an export or of one of its parts."""
+    """Return the manifest of an export or of one of its parts.
+
+    `at_most` bounds how many verdicts are counted for the table of association.
+    """
     chosen = reading.chosen
     grades = reading.grades
     if grades is None:
@@ -57,7 +61,7 @@ def manifest_of(
         "runs": [_run(run) for run in used],
         "registrations": [_registration(row) for row in _registrations(used)],
         "ais_files": _recordings(session, used, chosen.image_ids.tolist(), told),
-        "matching": _association(session, [run.id for run in used]),
+        "matching": _association(session, [run.id for run in used], at_most),
         "code_version": __version__,
     }
 
@@ -91,12 +95,14 @@ def _run(run: Run) -> dict[str, Any]:
     }
 
 
-def _association(session: Session, run_ids: Sequence[int]) -> dict[str, Any] | None:
+def _association(
+    session: Session, run_ids: Sequence[int], at_most: int | None
+) -> dict[str, Any] | None:
     """Fill the paper's table of association results from the runs' complete photographs."""
     if not run_ids:
         return None
     counts: Counter[RowName] = Counter()
-    for (grade, reasons), count in repository.complete_verdicts(session, run_ids).items():
+    for (grade, reasons), count in repository.complete_verdicts(session, run_ids, at_most).items():
         name = RowName(Result.CORRECT, grade)
         if grade == "wrong":
             reason = reasons[0] if reasons else NOT_GIVEN

@@ -81,9 +81,12 @@ def recordings(
 
 
 def complete_verdicts(
-    session: Session, run_ids: Sequence[int]
+    session: Session, run_ids: Sequence[int], at_most: int | None = None
 ) -> Counter[tuple[str, tuple[str, ...]]]:
-    """Count the pipeline's graded poses on complete photographs, by grade and reasons."""
+    """Count the pipeline's graded poses on complete photographs, by grade and reasons.
+
+    With `at_most` the first of them.
+    """
     completions = ImageCompletion.__table__.c
     poses = Pose.__table__.c
     ids = session.scalars(
@@ -99,6 +102,7 @@ def complete_verdicts(
             Image.__table__.c.deleted_at.is_(None),
         )
         .order_by(poses.id)
+        .limit(at_most)
     ).all()
     found: Counter[tuple[str, tuple[str, ...]]] = Counter()
     for start in range(0, len(ids), IDS_AT_ONCE):

@@ -80,10 +80,12 @@ class PoseSelection:
             .order_by(_poses.id)
         )
 
-    def chosen(self, session: Session) -> Chosen:
-        """Read which poses are selected."""
+    def chosen(self, session: Session, at_most: int | None = None) -> Chosen:
+        """Read which poses are selected, or the first of them."""
         columns = [array("q") for _ in range(4)]
-        rows = session.execute(self.statement(), execution_options={"yield_per": ROWS_AT_ONCE})
+        rows = session.execute(
+            self.statement().limit(at_most), execution_options={"yield_per": ROWS_AT_ONCE}
+        )
         for some in rows.partitions():
             for column, values in zip(columns, zip(*some, strict=True), strict=True):
                 column.extend(values)

@@ -68,8 +68,9 @@ def test_an_export_is_looked_at_before_it_is_made(
     client: TestClient,
     browser_of: Callable[[User], TestClient],
     make_user: Callable[..., User],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Counts, grades, first poses, the size and a command, which asks for the very same."""
+    """Counts, grades, first poses, the size and a command; of very many the first."""
     browser = browser_of(make_user("reviewer"))
     wanted = f"format=csv&run_id={run_id}&grade=ungraded&range_max_m=5000"
     untidy = browser.get(f"/exports/preview?{wanted}&camera_id=&mmsi=")
@@ -91,6 +92,10 @@ def test_an_export_is_looked_at_before_it_is_made(
     assert [row["vessel"] for row in held.rows if row["vessel"] in shown] == [
         row["vessel"] for row in held.rows
     ]
+    monkeypatch.setattr("app.exports.preview.LOOKED_AT", 2)
+    of_more = " ".join(browser.get(address).text.split())
+    assert "more than 2" in of_more
+    assert "Only the first 2 poses" in of_more
     nothing = browser.get("/exports/preview?range_min_m=900000&format=bop").text
     assert "No pose fits" in nothing
     assert browser.get("/exports/preview?format=xlsx").status_code == 422
