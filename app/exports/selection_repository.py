@@ -7,7 +7,7 @@ wide rows. Core tables are asked, not mapped classes: what is deleted is left ou
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from app.tables.runs import Pose, RemovedPose, Run
 ROWS_AT_ONCE = 20_000
 # A transaction that was under way then may have ended after what it wrote was dated.
 OVERLAP = timedelta(minutes=1)
+_BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)
 _poses, _runs, _images = (each.__table__.c for each in (Pose, Run, Image))
 _reviews, _corrections = Review.__table__.c, Correction.__table__.c
 _removed = RemovedPose.__table__.c
@@ -106,7 +107,7 @@ class PoseSelection:
             sa.select(_removed.pose_id)
             .select_from(_REMOVED_JOINED)
             .where(
-                _removed.removed_at >= moment - OVERLAP,
+                _removed.removed_at >= _with_overlap(moment),
                 *_scope(self._filters, self._site_ids, RemovedPose.__table__),
             )
         )
@@ -121,7 +122,7 @@ def changed_since(moment: datetime) -> sa.CompoundSelect[Any]:
 
     Each of its parts is an index's range, so that it costs what changed and not what there is.
     """
-    since = moment - OVERLAP
+    since = _with_overlap(moment)
     of_review, of_correction = _reviews.pose_id.label("id"), _corrections.pose_id.label("id")
     of_pose = _poses.id.label("id")
     return sa.union(
@@ -139,6 +140,10 @@ def changed_since(moment: datetime) -> sa.CompoundSelect[Any]:
         .join(Run.__table__, _runs.id == _poses.run_id)
         .where(_runs.changed_at >= since),
     )
+
+
+def _with_overlap(moment: datetime) -> datetime:
+    return max(moment, _BEGINNING) - OVERLAP
 
 
 def _scope(

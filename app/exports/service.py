@@ -18,6 +18,7 @@ from app.exports import repository
 from app.exports.filters import ExportFilters, ExportOptions
 from app.exports.formats import FORMATS
 from app.exports.making import Advanced, Written, write_export
+from app.imagery import service as imagery
 from app.jobs import JobClient, JobQueue
 from app.paging import Paging
 from app.runs import service as runs
@@ -103,6 +104,7 @@ def sites_of(session: Session, filters: ExportFilters) -> Iterator[tuple[str, in
         "camera_id": lambda given: sites.get_camera(session, given).site_id,
         "viewport_id": lambda given: sites.site_id_of_viewport(session, given),
         "run_id": lambda given: runs.get_run(session, given).site_id,
+        "image_id": lambda given: imagery.get_image(session, given).site_id,
     }
     for name, site_id_of in site_of.items():
         given = getattr(filters, name)

@@ -238,6 +238,7 @@ def test_an_export_holds_the_sites_of_its_owner(
         ("run_id", theirs.id),
         ("site_id", other.site.id),
         ("camera_id", other.camera.id),
+        ("image_id", other.images[0].id),
     ):
         foreign = neighbour.post(EXPORTS, json={"format": "coco", "filters": {field: value}})
         unknown = neighbour.post(EXPORTS, json={"format": "coco", "filters": {field: 999_999}})

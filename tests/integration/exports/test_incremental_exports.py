@@ -266,6 +266,7 @@ def test_a_copy_kept_by_pulls_equals_a_whole_export(
         batch_id, other_camera_id = batch.id, camera.id
     asked = {"poses": "corrected", "run_id": run_id}
     copy = {line["id"]: line for line in lines_of(database, **asked)}
+    assert lines_of(database, **asked, updated_since="0001-01-01T00:00:00Z") == [*copy.values()]
     for name, act in ACTS:
         since = _age(database)
         with database.writing() as session:
