@@ -1,9 +1,9 @@
 """How exact the boxes of a detector are here, learnt from the ships they show.
 
 Detectors differ: one's edges are off by a pixel, another's by a fiftieth of the box, and whoever
-starts a run hardly ever knows. But ships tell: widths and lower edges differ from what AIS leads to
-expect by more than AIS, sizes and hulls explain, and a ship seen several times is wider in one
-image than in the next. Against what is usual of detectors this is weighed on a small grid.
+starts a run hardly ever knows. But ships tell: lower edges of those far away differ from what AIS
+leads to expect by more than AIS and the water explain, and a ship seen several times is wider in
+one image than in the next. Against what is usual of detectors this is weighed on a small grid.
 """
 
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ from app.domain.arrays import FloatArray, IntArray
 
 # What is usual: the given number of pixels and this share of the box, each as uncertain as this
 # (one sigma of its logarithm).
-USUAL_SHARE = 0.007
-_LOG_SIGMAS = np.array([0.5, 1.2])
+USUAL_SHARE = 0.008
+_LOG_SIGMAS = np.array([0.5, 1.0])
 _STEPS = np.linspace(-2.0, 2.0, 5)
 # Student's t, since a hidden ship or a wrong size is no evidence of poor boxes: its freedom, and by
 # what a variance enters its square for errors that are normal after all.

@@ -40,6 +40,11 @@ SHARED = 4  # unknowns of all ships: level_m, pitch, yaw, roll (rad)
 _SIZE_M = 0.8  # AIS gives whole metres, and people enter them wrong
 # Where between a slim and a full hull most hulls are, and one sigma of that.
 _FULLNESS, _FULLNESS_SIGMA = 0.3, 0.28
+# How much shorter than over all a ship is afloat, in share, and one sigma of that.
+_OVERHANG, _OVERHANG_SIGMA = 0.035, 0.035
+# Ships are about so many times as long as wide, and where one of the two is not known, the guess is
+# off by this share.
+_SLENDERNESS, _GUESS_SHARE = 6.0, 0.5
 # Alpha, beta, gamma: beta is the plane of the right side, the gap's other extreme.
 _SIDES = np.array([[1.0], [-1.0], [1.0]])
 
@@ -65,7 +70,8 @@ class Roads:
     yaw and roll (rad). Vectors are (3, n), coordinates first. Of the evidence (rad), `still` (3, n)
     is what unmoved antennas make, `used` (3, n) what counts of it; `by_place` (3, 2, n) and
     `by_shared` (3, 4, n) are its slopes; `place_to_evidence` (2, 3, n) and `by_prior_place`
-    (3, 3, n) are its covariances with a place and of itself as AIS states them.
+    (3, 3, n) are its covariances with a place and of itself as AIS states them. `sizes` (2, n) are
+    lengths and widths by AIS, 0 where it knows none, and `spans_m` those that hulls may have.
     """
 
     def __init__(
@@ -86,6 +92,9 @@ class Roads:
         ends = [(s.to_bow_m, s.to_port_m, s.to_stern_m, s.to_starboard_m) for s in states]
         before, behind = np.split(np.array(ends).T, 2)
         self.sizes = before + behind
+        length, width = self.sizes
+        guesses = np.array([width * _SLENDERNESS, length / _SLENDERNESS])
+        self.spans_m = np.where(self.sizes > 0, self.sizes, guesses)
         # A ship turns about its antenna, whose place AIS tells.
         self.ahead_m, self.aport_m = (before - behind) / 2
         away = plane.corners_in_world.mean(axis=1).T - self.center_in_world
@@ -124,7 +133,8 @@ class Roads:
         shares = (USUAL_SHARE * self.size_px) ** 2
         by_boxes = np.stack([box_variance_px2(part, one_side) for part in (pixels, shares)])
         by_hulls = misfit_variance_px2(self.size_px, px_per_m, one_side, ANY_OUTLINE)
-        by_hulls[1] += (_SIZE_M * px_per_m) ** 2
+        guessed_m = (np.where(self.sizes > 0, 0.0, self.spans_m)).sum(axis=0)
+        by_hulls[1] += (_SIZE_M**2 + (_GUESS_SHARE * guessed_m) ** 2) * px_per_m**2
         return by_boxes / self.focal_px**2, by_hulls / self.focal_px**2
 
     def _weigh_planes(self) -> None:
@@ -148,10 +158,10 @@ class Roads:
         self._by_point = _SIDES * (gaps[:, 5] - 1j * gaps[:, 6])
         self._weights = weights.astype(np.complex128)
         self._weights[:, 1] *= _SIDES[1]
-        self._variance_weights = (weights * _FULLNESS_SIGMA) ** 2
+        self._variance_weights = weights**2
         # Of points x + iy: a turned hull's directions are multiplied by what it spans.
         self._antenna_point = self.ahead_m + 1j * self.aport_m
-        self._spans = np.ascontiguousarray(self.sizes.T)
+        self._spans = np.ascontiguousarray(self.spans_m.T)
         self._facing = self._spans * (1.0, -1.0)
 
     def touching(self, turn_rad: FloatArray) -> Touching:
@@ -166,13 +176,18 @@ class Roads:
         farthest = (facing.reshape(-1, 2) @ outline.T).argmax(axis=1)
         slim = outline.take(farthest, axis=0).reshape(facing.shape) * self._spans
         slim_point, fuller = _points(slim), _points(np.copysign(self._spans / 2, facing) - slim)
-        apart_m = (fuller * by_point).real
-        beyond_m = (slim_point + _FULLNESS * fuller + self._antenna_point) * by_point
+        apart_m2 = (_FULLNESS_SIGMA * (fuller * by_point).real) ** 2
+        touching = slim_point + _FULLNESS * fuller
+        # Afloat a ship is shorter than over all: the lower edge sees bow or stern farther inside.
+        overhang = touching[2].real
+        apart_m2[2] += (_OVERHANG_SIGMA * overhang * by_point[2].real) ** 2
+        touching[2] -= _OVERHANG * overhang
+        beyond_m = (touching + self._antenna_point) * by_point
         evidence = (self._weights * beyond_m).sum(axis=1)
         return Touching(
             at_rest=evidence.real - evidence.imag * turn_rad,
             turning=evidence.imag,
-            variance=(self._variance_weights * apart_m**2).sum(axis=1),
+            variance=(self._variance_weights * apart_m2).sum(axis=1),
             reach_m=beyond_m.real,
         )
 

@@ -79,9 +79,12 @@ def solve(roads: Roads) -> Solution:
         with_turn = turn_variance * touching.turning
         spread = scale * roads.by_prior_place + with_turn[:, None] * touching.turning
         of_each = np.einsum("iin->in", spread)
-        by_states = of_each + (of_shared @ by_shared * by_shared).sum(axis=1)
+        by_water = (of_shared @ by_shared * by_shared).sum(axis=1)
+        by_states = of_each + by_water
         if number in _LISTENING:
-            noise = _box_noise(roads, innovation, by_hulls + by_states)
+            # What all share was found from this evidence, which is the less off for that.
+            left = np.maximum(0.2, 1 - by_water / (variance + of_each))
+            noise = _box_noise(roads, innovation / np.sqrt(left), by_hulls + of_each)
             variance = noise.of(roads.by_boxes) + by_hulls
         deviation = _doubted(variance, innovation, np.sqrt(variance + by_states))
         of_each += variance
@@ -112,24 +115,18 @@ def solve(roads: Roads) -> Solution:
 def _box_noise(roads: Roads, innovation: FloatArray, by_others: FloatArray) -> BoxNoise:
     """Return how far off boxes are, by evidence (3, n) and its variance by all else.
 
-    Middles tell nothing: AIS is farther off than any box. A width that is wrong in every image may
-    be a wrong size, and so counts once; how it varies from image to image is the detector's.
+    Middles tell nothing: AIS is farther off than any box. Nor do widths by themselves, which depend
+    on shapes and sizes: but how those of a ship vary from image to image is the detector's.
     """
-    told = [
-        Surprises(
-            innovation[kind, here],
-            roads.by_boxes[:, kind, here],
-            by_others[kind, here],
-            roads.share[here],
-        )
-        for kind, here in enumerate(roads.used[1:], start=1)
-    ]
-    wide = roads.used[1]
+    _, wide, low = roads.used
     range_m = roads.range_m[wide]
+    lower = Surprises(
+        innovation[2, low], roads.by_boxes[:, 2, low], by_others[2, low], roads.share[low]
+    )
     varying = scatter(
         roads.vessel[wide], innovation[1, wide] * range_m, roads.by_boxes[:, 1, wide] * range_m**2
     )
-    return box_noise([*told, varying])
+    return box_noise([lower, varying])
 
 
 def _doubted(variance: FloatArray, innovation: FloatArray, sigma: FloatArray) -> FloatArray:

@@ -150,6 +150,26 @@ def test_a_ship_seen_often_counts_once() -> None:
     assert levels[0] == pytest.approx(levels[1], abs=0.01)
 
 
+def test_a_width_nobody_knows_turns_no_ship() -> None:
+    """Without widths by AIS headings stay as good as reported, and places better than the paper's.
+
+    Boxes are then not taken for those of ships without any breadth.
+    """
+    stead = make_roadstead(17)
+    ships = [
+        replace(ship, state=replace(ship.state, to_port_m=0.0, to_starboard_m=0.0))
+        for ship in stead.ships
+    ]
+    reported = [abs(turn_deg(ship.heading_deg, ship.state.heading_deg)) for ship in ships]
+    poses, papers = (poses_of(stead.camera, images_of(ships), how) for how in (WATERLINE, PAPER))
+    ours, theirs = (
+        [pose_error(BoxPose.of(p), ship.truth) for p, ship in zip(found, ships, strict=True)]
+        for found in (poses, papers)
+    )
+    assert np.mean([error.heading_deg for error in ours]) < 1.1 * np.mean(reported)
+    assert np.mean([e.horizontal_m for e in ours]) < np.mean([e.horizontal_m for e in theirs])
+
+
 def test_a_wrong_match_does_not_drag_the_others() -> None:
     """With one ship 60 m off its place the others stand as if it were not there."""
     stead = make_roadstead(13)
