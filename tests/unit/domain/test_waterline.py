@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -34,9 +35,15 @@ def poses_of(camera: Camera, images: Sequence[SeenImage], how: FusionSettings) -
     return [pose for result in results for pose in result.poses]
 
 
+@cache
+def roadstead(seed: int, how: RoadsteadSettings) -> Roadstead:
+    """Anchor the ships of a seed once for all presets and tests."""
+    return make_roadstead(seed, how)
+
+
 def errors_of(seed: int, how: FusionSettings, **changes: float) -> list[PoseError]:
     """Give the errors of all poses of a roadstead in the camera's frame."""
-    stead = make_roadstead(seed, replace(RoadsteadSettings(), **changes))  # type: ignore[arg-type]  # numbers
+    stead = roadstead(seed, replace(RoadsteadSettings(), **changes))  # type: ignore[arg-type]  # numbers
     poses = poses_of(stead.camera, images_of(stead.ships), how)
     return [
         pose_error(BoxPose.of(pose), ship.truth)
