@@ -31,9 +31,9 @@ class PrecisionIntervals:
 def precision_intervals(
     outcome: Outcome, draws: int = DRAWS, seed: int = SEED
 ) -> PrecisionIntervals | None:
-    """Draw the images of an outcome anew; None where there is no box to be found."""
+    """Draw the images anew; None where no box is to be found, or only one image was looked at."""
     images = len(outcome.wanted)
-    if not outcome.wanted.sum():
+    if images < 2 or not outcome.wanted.sum():
         return None
     random = np.random.default_rng(seed)
     rows = [

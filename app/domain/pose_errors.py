@@ -25,11 +25,14 @@ DRAWS, SEED = 200, 1979
 
 @dataclass(frozen=True, slots=True)
 class ErrorSummary:
-    """Errors by their absolute values, with the 95 % interval of the median; `bias` keeps signs."""
+    """Errors by their absolute values, with the 95 % interval of the median; `bias` keeps signs.
+
+    No interval where all errors are of one image.
+    """
 
     count: int
     median: float
-    median_interval: tuple[float, float]
+    median_interval: tuple[float, float] | None
     mean: float
     p95: float
     bias: float
@@ -71,9 +74,14 @@ def drawn_interval(
     groups: Sequence[int],
     figure: Callable[[FloatArray], float | np.floating[Any]],
     draws: int = DRAWS,
-) -> tuple[float, float]:
-    """Return the 95 % interval of a figure of values (n), whole groups drawn anew (Efron 1979)."""
+) -> tuple[float, float] | None:
+    """Return the 95 % interval of a figure of values (n), whole groups drawn anew (Efron 1979).
+
+    None for one group alone, which says nothing of how others would differ.
+    """
     _, group = np.unique(np.asarray(groups), return_inverse=True)
+    if group.max(initial=0) == 0:
+        return None
     order = np.argsort(group, kind="stable")
     members = np.split(order, np.cumsum(np.bincount(group))[:-1])
     random = np.random.default_rng(SEED)

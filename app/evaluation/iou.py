@@ -40,7 +40,7 @@ class GradeFigures:
 
     count: int
     mean: float
-    mean_interval: tuple[float, float]
+    mean_interval: tuple[float, float] | None
     low: float
     median: float
     high: float

@@ -49,7 +49,7 @@ class ErrorOut(BaseModel):
 
     count: int
     median: float
-    median_interval: Interval
+    median_interval: Interval | None = Field(description="None of one image")
     mean: float
     p95: float
     bias: float
@@ -197,7 +197,7 @@ def pose_rows(table: PosesOut) -> list[dict[str, object]]:
         for kind in KINDS:
             found: ErrorOut | None = getattr(one, kind)
             figures = {} if found is None else found.model_dump(exclude={"median_interval"})
-            low, high = (None, None) if found is None else found.median_interval
+            low, high = (found and found.median_interval) or (None, None)
             lines.append(
                 {
                     "run_id": one.run_id,
@@ -234,7 +234,7 @@ class GradeIouOut(BaseModel):
 
     count: int
     mean: float
-    mean_interval: Interval
+    mean_interval: Interval | None = Field(description="None of one image")
     first_quartile: float
     median: float
     third_quartile: float

@@ -80,8 +80,9 @@ def test_nothing_to_find_has_no_figures_and_nothing_found_has_zeros() -> None:
 
 
 def test_an_interval_is_the_same_every_time_and_a_point_where_all_images_are_alike() -> None:
-    """One image: whatever is drawn is that image."""
-    intervals = precision_intervals(judged([BOX, FAR], [BOX]))
+    """All boxes in one of two images: what is drawn is that image, or nothing to be found."""
+    intervals = precision_intervals(judged([BOX, FAR], [BOX], images=2))
     assert intervals is not None
     assert intervals.ar100 == (0.5, 0.5)
-    assert intervals == precision_intervals(judged([BOX, FAR], [BOX]))
+    assert intervals == precision_intervals(judged([BOX, FAR], [BOX], images=2))
+    assert precision_intervals(judged([BOX, FAR], [BOX])) is None
