@@ -2,15 +2,17 @@
 
 import sqlite3
 from collections.abc import Iterator, Sequence
+from datetime import datetime
 from typing import Any
 
 import psycopg
 import sqlalchemy as sa
 from psycopg import sql
 
+from app.domain.nmea_times import epoch_us
 from app.errors import Invalid
 from app.keeping.archive import TableEntry
-from app.keeping.snapshot import MOMENT
+from app.keeping.snapshot import COUNTED, MOMENT
 
 LENGTH_WITHOUT_ZONE = len("2026-11-22 10:00:05.000000")
 
@@ -54,22 +56,27 @@ def continue_numbering(connection: sa.Connection, tables: Sequence[TableEntry]) 
 
 
 def _load_sqlite(raw: sqlite3.Connection, table: TableEntry, rows: Iterator[Sequence[Any]]) -> int:
-    moments = [at for at, kind in enumerate(table.columns.values()) if kind == MOMENT]
+    kinds = list(enumerate(table.columns.values()))
+    moments = [at for at, kind in kinds if kind == MOMENT]
+    counted = [at for at, kind in kinds if kind == COUNTED]
     columns = ", ".join(f'"{name}"' for name in table.columns)
     marks = ", ".join("?" * len(table.columns))
     # Names are those of our own tables, checked when the archive was opened.
     statement = f'INSERT INTO "{table.name}" ({columns}) VALUES ({marks})'  # noqa: S608
     before = raw.total_changes
-    raw.executemany(statement, (_without_zone(row, moments) for row in rows))
+    raw.executemany(statement, (_as_kept(row, moments, counted) for row in rows))
     return raw.total_changes - before
 
 
-def _without_zone(row: Sequence[Any], moments: Sequence[int]) -> list[Any]:
+def _as_kept(row: Sequence[Any], moments: Sequence[int], counted: Sequence[int]) -> list[Any]:
     """Return a row as SQLite keeps it: it knows no zones, and all of ours are UTC."""
     values = list(row)
     for at in moments:
         if values[at] is not None:
             values[at] = values[at][:LENGTH_WITHOUT_ZONE]
+    for at in counted:
+        if values[at] is not None:
+            values[at] = epoch_us(datetime.fromisoformat(values[at]))
     return values
 
 
