@@ -62,6 +62,8 @@ class Access:
     """The scopes of the token in use; None for a person at a browser."""
     session_id: int | None = None
     """The login session in use, for signing out; None for a token."""
+    token_id: int | None = None
+    """The token in use; None for a person at a browser."""
     camera_id: int | None = None
     """The camera whose photographs the token in use drops, and does nothing else; None for all."""
 

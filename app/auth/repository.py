@@ -166,6 +166,15 @@ def token_by_id(session: Session, token_id: int) -> ApiToken | None:
     return session.get(ApiToken, token_id)
 
 
+def with_what_it_made(session: Session, token: ApiToken) -> Sequence[ApiToken]:
+    """Return a token, the tokens it made, those they made, and so on."""
+    family = sa.select(ApiToken.id).where(ApiToken.id == token.id).cte("family", recursive=True)
+    family = family.union(sa.select(ApiToken.id).where(ApiToken.made_by_id == family.c.id))
+    return session.scalars(
+        sa.select(ApiToken).where(ApiToken.id.in_(sa.select(family.c.id))).order_by(ApiToken.id)
+    ).all()
+
+
 def note_token_use(session: Session, token_id: int, moment: datetime) -> None:
     """Store when a token was last used."""
     session.execute(sa.update(ApiToken).where(ApiToken.id == token_id).values(last_used_at=moment))

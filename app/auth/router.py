@@ -39,7 +39,7 @@ def list_tokens(
 def create_token(
     data: TokenIn, session: SessionDep, access: SignedIn, response: Response
 ) -> NewTokenOut:
-    """Make a token within the caller's own scopes; its text is shown this once.
+    """Make a token within the caller's own scopes and life; its text is shown this once.
 
     An `Idempotency-Key` is not heeded here: repeating the answer would mean keeping the secret.
     """
@@ -52,5 +52,5 @@ def create_token(
 
 @router.delete("/tokens/{token_id}", status_code=204)
 def revoke_token(token_id: int, session: SessionDep, access: SignedIn) -> None:
-    """Revoke a token at once."""
+    """Revoke a token at once, and the tokens that it made."""
     service.revoke_token(session, access, token_id)

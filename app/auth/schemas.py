@@ -123,7 +123,15 @@ class TokenIn(BaseModel):
 
     name: Name = Field("", examples=["nightly export"])
     scopes: list[Scope] = Field(min_length=1, examples=[["read", "export"]])
-    expires_days: int = Field(90, ge=1, le=3650)
+    expires_days: int | None = Field(
+        None,
+        ge=1,
+        le=3650,
+        description=(
+            "90 when left out. A token that a token makes ends with its maker, by time or by "
+            "revocation; more days than that are refused"
+        ),
+    )
 
 
 class TokenOut(BaseModel):

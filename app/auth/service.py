@@ -23,6 +23,7 @@ from app.tables.identity import ApiToken, LoginSession, User
 
 TOKEN_USE_RESOLUTION = timedelta(hours=1)
 LONGEST_TOKEN_DAYS = 3650
+USUAL_TOKEN_DAYS = 90
 CODE_WITHIN = timedelta(minutes=10)
 LONGEST_USER_AGENT = 200
 
@@ -49,7 +50,8 @@ def authenticate(
         used_at = token.last_used_at
         stale = used_at is None or moment - used_at > TOKEN_USE_RESOLUTION
         scopes = frozenset(Scope(scope) for scope in token.scopes)
-        return Caller(_access_of(token, token_scopes=scopes), token.id if stale else None)
+        access = _access_of(token, token_scopes=scopes, token_id=token.id)
+        return Caller(access, token.id if stale else None)
     if cookie is not None:
         found = repository.credential_of_session(session, token_sha256(cookie), moment)
         if found is not None and found.is_active:
@@ -62,6 +64,7 @@ def _access_of(
     *,
     token_scopes: frozenset[Scope] | None = None,
     session_id: int | None = None,
+    token_id: int | None = None,
 ) -> Access:
     return Access(
         user_id=found.user_id,
@@ -70,6 +73,7 @@ def _access_of(
         roles=found.roles,
         token_scopes=token_scopes,
         session_id=session_id,
+        token_id=token_id,
         camera_id=found.camera_id,
     )
 
@@ -256,20 +260,44 @@ def sign_out(session: Session, access: Access) -> None:
 
 
 def create_token(
-    session: Session, access: Access, *, name: str, scopes: Iterable[Scope], days: int
+    session: Session, access: Access, *, name: str, scopes: Iterable[Scope], days: int | None
 ) -> tuple[ApiToken, str]:
     """Make a token for the caller and return it with its text, which is shown this once.
 
-    Raises Forbidden when it would hold a scope that the caller lacks: no token widens itself.
+    Raises Forbidden when it would hold a scope that the caller lacks, or outlive the token that
+    makes it: no token widens itself. Without `days` it lives as long as it may, 90 days at most.
     """
     wanted = frozenset(scopes)
     beyond = wanted - access.scopes()
     if beyond:
         names = ", ".join(sorted(beyond))
         raise Forbidden(f"a token cannot hold scopes that its maker lacks: {names}")
-    token, text = issue_token(session, access.user_id, name=name, scopes=wanted, days=days)
+    token, text = issue_token(
+        session,
+        access.user_id,
+        name=name,
+        scopes=wanted,
+        days=USUAL_TOKEN_DAYS if days is None else days,
+    )
+    if access.token_id is not None:
+        _end_with_maker(session, token, access.token_id, refuses=days is not None)
     audit.record(session, access, "create", "token", token.id, name=name, scopes=list(token.scopes))
     return token, text
+
+
+def _end_with_maker(session: Session, token: ApiToken, maker_id: int, *, refuses: bool) -> None:
+    """Let a token end with the token that made it; what is asked is taken in whole days."""
+    maker = repository.token_by_id(session, maker_id)
+    if maker is None:
+        raise Forbidden("the token in use was removed meanwhile")
+    if refuses and token.expires_at >= maker.expires_at + timedelta(days=1):
+        raise Forbidden(
+            f"a token lives no longer than the token that makes it, until {maker.expires_at:%F}; "
+            "ask for fewer expires_days, leave them out, or sign in to make a longer one"
+        )
+    token.expires_at = min(token.expires_at, maker.expires_at)
+    token.made_by_id = maker.id
+    session.flush()
 
 
 def issue_token(
@@ -307,13 +335,17 @@ def list_tokens(
 
 
 def revoke_token(session: Session, access: Access, token_id: int) -> None:
-    """Revoke a token, one's own or, for an administrator, anybody's. Raises NotFound."""
+    """Revoke a token, one's own or, for an administrator, anybody's, and all that it made.
+
+    Raises NotFound.
+    """
     token = repository.token_by_id(session, token_id)
     if token is None or (token.user_id != access.user_id and not access.is_admin):
         raise NotFound(f"there is no token {token_id} of yours")
-    if token.revoked_at is None:
-        token.revoked_at = now()
-        audit.record(session, access, "revoke", "token", token.id, name=token.name)
+    for each in repository.with_what_it_made(session, token):
+        if each.revoked_at is None:
+            each.revoked_at = now()
+            audit.record(session, access, "revoke", "token", each.id, name=each.name)
 
 
 def site_names(session: Session, access: Access) -> dict[int, str]:

@@ -157,7 +157,8 @@ class RecoveryCode(Base):
 class ApiToken(Base):
     """A script's key: scoped, expiring, shown once; only its SHA-256 is kept.
 
-    One of a camera does nothing but drop photographs of that camera.
+    One of a camera does nothing but drop photographs of that camera. One that a token made
+    (`made_by_id`) ends with its maker, by time or by revocation.
     """
 
     __tablename__ = "api_tokens"
@@ -174,6 +175,9 @@ class ApiToken(Base):
     )
     last_used_at: Mapped[datetime | None]
     revoked_at: Mapped[datetime | None]
+    made_by_id: Mapped[int | None] = mapped_column(
+        sa.ForeignKey("api_tokens.id", ondelete="CASCADE"), index=True
+    )
 
 
 class AuditEntry(Base):

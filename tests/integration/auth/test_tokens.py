@@ -56,7 +56,22 @@ def test_a_token_never_widens_its_scopes(client_of: ClientOf, make_user: MakeUse
     reader = client_of(make_user("admin"), Scope.READ, Scope.EXPORT)
     assert reader.post("/api/v1/tokens", json={"scopes": ["read", "admin"]}).status_code == 403
     assert reader.post("/api/v1/tokens", json={"scopes": ["read"]}).status_code == 201
-    assert len(reader.get("/api/v1/tokens").json()["items"]) == 2
+
+
+def test_a_token_outlives_neither_its_makers_time_nor_its_revocation(client: TestClient) -> None:
+    """A token that a token made, and what that one made, end with the first."""
+    longer = client.post("/api/v1/tokens", json={"scopes": ["read"], "expires_days": 3650})
+    assert (longer.status_code, "lives no longer" in longer.json()["detail"]) == (403, True)
+    first = client.post("/api/v1/tokens", json={"scopes": ["read"]}).json()
+    made, headers = first, {}
+    for asked in ({}, {"expires_days": 1}):
+        headers = {"Authorization": f"Bearer {made['token']}"}
+        body = {"scopes": ["read"], **asked}
+        made = client.post("/api/v1/tokens", json=body, headers=headers).json()
+        assert made["expires_at"] == first["expires_at"]
+    assert client.get("/api/v1/me", headers=headers).status_code == 200
+    client.delete(f"/api/v1/tokens/{first['id']}")
+    assert client.get("/api/v1/me", headers=headers).status_code == 401
 
 
 def test_expired_and_revoked_tokens_are_nobody(

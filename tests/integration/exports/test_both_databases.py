@@ -80,8 +80,11 @@ def _fill(database: Database) -> None:
 
 _CHANGES: tuple[dict[str, object], ...] = (
     {"centroid_in_cam_m": [1 / 3, -1e-7, 300.0], "height_m": 0.1 + 0.2},
-    {"rotvec_cam_from_vessel": [-0.0, 0, 1e-300], "correction_in_enu_m": [-0.0, 5, -0.0]},
-    {"corners_in_image_px": [None, [-0.0, 123456789.125], *CORNERS_PX[2:]], "flags": ["cut_left"]},
+    {"rotvec_cam_from_vessel": [-0.0, 0, 1e-300], "correction_in_enu_m": [-1e16, 5, -0.0]},
+    {
+        "corners_in_image_px": [None, [-0.0, 1e16], [-3e300, 0.1], *CORNERS_PX[3:]],
+        "flags": ["cut_left"],
+    },
     {
         "position_covariance_in_enu_m2": [[4, 0.5, -0.0], [0.5, 9.25e-5, 0], [0, 0, 2.5]],
         "heading_sigma_deg": 2.5,
