@@ -27,10 +27,6 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-class SecondHandError(Exception):
-    """The other process ended, or could not write a batch."""
-
-
 class SecondHand:
     """The other process, as long as the block lasts."""
 
@@ -42,7 +38,8 @@ class SecondHand:
             stdout=subprocess.PIPE,
         )
         if self._process.stdin is None or self._process.stdout is None:
-            raise SecondHandError("the process that writes has no pipes")
+            raise RuntimeError("the process that writes has no pipes")
+        self._has_ended = False
         self._to, self._from = self._process.stdin, self._process.stdout
         self._answers: SimpleQueue[tuple[bool, bytes] | None] = SimpleQueue()
         # Answers are taken at any time: two that only wrote to each other would wait for ever.
@@ -63,28 +60,31 @@ class SecondHand:
             self._to.close()
 
     def written(self, batches: Iterable[Batch]) -> Iterator[bytes]:
-        """Give what the writer makes of batches, in order. Raises what the writer raises."""
-        under_way = deque[None]()
+        """Give what the writer makes of batches, in order. Raises what the writer raises.
+
+        Should the other process end, for want of memory say, this one goes on alone.
+        """
+        under_way = deque[Batch]()
         for batch in batches:
             if len(under_way) == AHEAD:
-                under_way.popleft()
-                yield self._answer()
+                yield self._answer(under_way.popleft())
             self._ask(batch)
-            under_way.append(None)
-        for _ in under_way:
-            yield self._answer()
+            under_way.append(batch)
+        while under_way:
+            yield self._answer(under_way.popleft())
 
     def _ask(self, batch: Batch) -> None:
+        if self._has_ended:
+            return
         message = pickle.dumps((self._write, batch), pickle.HIGHEST_PROTOCOL)
-        try:
+        with suppress(BrokenPipeError):  # the listener notices
             _send(self._to, message)
-        except BrokenPipeError as error:
-            raise SecondHandError("the process that writes has ended") from error
 
-    def _answer(self) -> bytes:
-        answer = self._answers.get()
+    def _answer(self, batch: Batch) -> bytes:
+        answer = None if self._has_ended else self._answers.get()
         if answer is None:
-            raise SecondHandError("the process that writes has ended")
+            self._has_ended = True
+            return lines_of(batch, self._write)
         is_well, content = answer
         if not is_well:
             raise ValueError(content.decode())
