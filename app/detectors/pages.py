@@ -1,5 +1,6 @@
 """Pages of detectors: which there are, which may be used, why the others may not."""
 
+from pathlib import PurePath
 from typing import Annotated
 
 from fastapi import APIRouter, Form, Request, Response, UploadFile
@@ -35,12 +36,13 @@ def add_model(
     settings: SettingsDep,
     access: Operator,
     file: UploadFile,
-    name: Annotated[str, Form()],
+    name: Annotated[str, Form()] = "",
     family: Annotated[str, Form()] = AUTO,
 ) -> Response:
-    """Add a model and show it."""
+    """Add a model, named as its file where no name is given, and show it."""
+    called = name.strip() or PurePath(file.filename or "").stem
     try:
-        added = actions.add_upload(session, storage, jobs, settings, access, file, name, family)
+        added = actions.add_upload(session, storage, jobs, settings, access, file, called, family)
     except AppError as error:
         session.rollback()
         with database.reading() as reading:
