@@ -24,6 +24,7 @@ from app.errors import NotFound, StorageFull
 log = structlog.get_logger()
 CHUNK_BYTES = 1 << 20
 ADDRESS = re.compile("[0-9a-f]{64}")
+DRAFT = re.compile(r"\.[0-9a-f]{64}\.[0-9a-f]{16}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +148,17 @@ class Storage:
         self._filesystem.rm(path)
         return True
 
+    def remove_drafts(self, *, untouched_for_s: float = 86_400.0) -> int:
+        """Remove what writers left that were killed, in a folder; returns how many files."""
+        if not self._is_local:
+            return 0
+        before = time.time() - untouched_for_s
+        drafts = (path for path in Path(self.root).rglob(".*") if DRAFT.fullmatch(path.name))
+        left = [path for path in drafts if _is_older(path, before)]
+        for path in left:
+            path.unlink(missing_ok=True)
+        return len(left)
+
     def remove_derived(self, name: str) -> bool:
         """Remove a derived file; False when it was never made."""
         path = f"{self.root}/derived/{name}"
@@ -219,6 +231,14 @@ def _touched(place: Path) -> bool:
     except FileNotFoundError:
         return False
     return True
+
+
+def _is_older(path: Path, moment_s: float) -> bool:
+    """Whether a file was last written before a moment; one that is gone by now was not."""
+    try:
+        return path.stat().st_mtime < moment_s
+    except FileNotFoundError:
+        return False
 
 
 def _remove_untouched(place: Path, untouched_for_s: float) -> bool:

@@ -1,4 +1,4 @@
-"""The loop that hashes all stored files again once a day, in one worker at a time."""
+"""The loop that once a day clears up after killed writers and hashes all stored files again."""
 
 import threading
 from collections.abc import Mapping
@@ -40,6 +40,7 @@ class RehashLoop:
         """Look at all files day by day until told to stop."""
         pause_s = FIRST_AFTER_S
         while not stop.wait(pause_s):
+            log.info("drafts of killed writers removed", files=self._storage.remove_drafts())
             checked = check_files(
                 self._database, self._storage, bytes_per_s=self._bytes_per_s, stop=stop
             )

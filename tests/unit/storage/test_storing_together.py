@@ -90,3 +90,18 @@ def test_a_bucket_takes_them_as_they_come() -> None:
     assert {sha256: storage.read(sha256) for sha256 in contents} == contents
     filesystem, root = fsspec.core.url_to_fs("memory://together")
     filesystem.rm(root, recursive=True)
+
+
+def test_drafts_of_a_killed_writer_go_after_a_day(tmp_path: Path) -> None:
+    """What nobody finished is removed, but neither files nor what is being written now."""
+    storage = Storage(str(tmp_path))
+    old, young = addressed(b"old", b"young")
+    left = StoringTogether(storage)
+    left.add(old, b"old")
+    (draft,) = tmp_path.rglob(f".{old}.*")
+    kept = storage.put(b"a file").sha256
+    for path in (draft, *tmp_path.rglob(kept)):
+        os.utime(path, (0, 0))
+    left.add(young, b"young")
+    assert storage.remove_drafts() == 1
+    assert [name.partition(".")[2][:64] or name for name in names(tmp_path)] == [young, kept]
