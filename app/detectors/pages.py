@@ -102,7 +102,7 @@ def delete_model(
         session.rollback()
         with database.reading() as reading:
             return _model_page(request, reading, access, model_id, error=error)
-    return RedirectResponse("/models", status_code=303)
+    return RedirectResponse("/deletions", status_code=303)
 
 
 def _page(

@@ -135,7 +135,7 @@ def remove_feed(feed_id: int, session: SessionDep, access: Operator) -> Response
     """Stop and remove a feed; what it brought stays."""
     feed = actions.feed_for(session, access, Scope.INGEST, feed_id)
     actions.remove_feed(session, access, feed)
-    return RedirectResponse("/ais/feeds", status_code=303)
+    return RedirectResponse("/deletions", status_code=303)
 
 
 def _edit_again(

@@ -115,7 +115,7 @@ def link_photographs(
 def remove_file(ground_truth_file_id: int, session: SessionDep, access: Operator) -> Response:
     """Remove an imported file with its boxes."""
     actions.remove_file(session, access, ground_truth_file_id)
-    return RedirectResponse("/ground-truth", status_code=303)
+    return RedirectResponse("/deletions", status_code=303)
 
 
 @router.get("/sites/{site_id:int}/ground-truth")

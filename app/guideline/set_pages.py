@@ -202,4 +202,4 @@ def delete_set(set_id: int, session: SessionDep, access: Operator) -> Response:
     found = find_set(session, access, set_id, Scope.INGEST)
     record(session, access, "delete", "calibration_set", set_id, site_id=found.run.site_id)
     practice.delete_set(session, found, access.user_id)
-    return RedirectResponse("/calibration-sets", status_code=303)
+    return RedirectResponse("/deletions", status_code=303)

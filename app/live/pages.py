@@ -105,17 +105,15 @@ def resume_standing_run(standing_id: int, session: SessionDep, access: Ingester)
 @router.post("/standing-runs/{standing_id:int}/delete")
 def remove_standing_run(standing_id: int, session: SessionDep, access: Ingester) -> Response:
     """End a standing run, after it was asked."""
-    camera_id = actions.standing_for(session, access, standing_id).viewport.camera_id
     actions.remove_standing(session, access, standing_id)
-    return _back(camera_id)
+    return RedirectResponse("/deletions", status_code=303)
 
 
 @router.post("/watched-folders/{folder_id:int}/delete")
 def remove_folder(folder_id: int, session: SessionDep, access: Ingester) -> Response:
     """Watch a folder no longer, after it was asked."""
-    camera_id = actions.folder_for(session, access, folder_id).camera_id
     actions.remove_folder(session, access, folder_id)
-    return _back(camera_id)
+    return RedirectResponse("/deletions", status_code=303)
 
 
 def _back(camera_id: int) -> Response:

@@ -62,7 +62,7 @@ def delete_levels(site_id: int, session: SessionDep, access: Registrar) -> Respo
     """Remove a site's series."""
     site = actions.site_for(session, access, Scope.REGISTER, site_id)
     water_actions.remove(session, access, site)
-    return RedirectResponse(f"/sites/{site_id}/water-levels", status_code=303)
+    return RedirectResponse("/deletions", status_code=303)
 
 
 def _text_of(file: UploadFile | None) -> str:

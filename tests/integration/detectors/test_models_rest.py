@@ -204,4 +204,4 @@ def test_pages_of_models(
     added = browser.post("/models", files={"file": ("m", yolox_like())}, data={"name": "mine"})
     assert added.status_code == 303
     assert "A worker is about to try this model" in browser.get(added.headers["location"]).text
-    assert browser.post(f"{added.headers['location']}/delete").headers["location"] == "/models"
+    assert browser.post(f"{added.headers['location']}/delete").headers["location"] == "/deletions"

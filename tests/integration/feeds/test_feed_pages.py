@@ -92,7 +92,7 @@ def test_a_feed_is_set_up_stopped_and_removed(browser: TestClient, site: Site) -
     assert stopped.status_code == 303
     assert "Stopped" in browser.get(place).text
     assert browser.post(place, data={"version": "1", "enabled": "true"}).status_code == 412
-    assert browser.post(f"{place}/remove").headers["Location"] == "/ais/feeds"
+    assert browser.post(f"{place}/remove").headers["Location"] == "/deletions"
     assert browser.get(place).status_code == 404
 
 

@@ -68,7 +68,7 @@ def test_a_lead_mends_judgements_on_the_page(
         (judged,) = session.query(JudgedPose).all()
         assert (judged.pose_id, judged.grade, judged.note) == (first, Grade.OK, "turned")
         assert judged.reasons == ["heading"]
-    assert browser.post(f"{place}/delete").headers["location"] == "/calibration-sets"
+    assert browser.post(f"{place}/delete").headers["location"] == "/deletions"
     assert browser.get(place).status_code == 404
 
 
