@@ -9,6 +9,7 @@ took larger steps.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import structlog
@@ -37,6 +38,7 @@ from worker.inference.ahead import DetectAhead, Looks, Unusable
 from worker.inference.pool import DetectorPool
 from worker.tasks import check_clock
 from worker.tasks.pose_rows import pose_rows, state_rows
+from worker.tasks.read_ahead import ReadAhead
 from worker.tasks.vessel_states import states_around
 
 log = structlog.get_logger()
@@ -81,15 +83,20 @@ class RunPipeline:
     def do(self, run_id: int, first: int = 0) -> None:
         """Do a run from its first image that is not done to its end; before `first` all are."""
         plan = self._runner.step("begin", self._begin, run_id, first)
+        looks_ahead = plan.get("unseen", 1) > 0
+        reading = ReadAhead(partial(self._read, run_id, looks_ahead=looks_ahead), plan["images"])
         # Jobs begun by earlier versions fused together what they did in a step.
         together = plan.get("images_together", plan["images_per_step"])
         looks = Looks()
         try:
             for start in range(first, plan["images"], plan["images_per_step"]):
                 stop = start + plan["images_per_step"]
-                self._runner.step("images", self._do_images, run_id, start, stop, together, looks)
+                self._runner.step(
+                    "images", self._do_images, run_id, start, stop, together, looks, reading
+                )
         finally:
             looks.give_up()
+            reading.give_up()
         self._runner.step("finish", self._finish, run_id, first)
 
     def fail(self, reason: str, run_id: int, _first: int = 0) -> None:
@@ -117,6 +124,7 @@ class RunPipeline:
             "images": batches.begin(self._runner.session(), run_id),
             "images_per_step": self._images_per_step * (1 if unseen else GROUPS_OF_KNOWN),
             "images_together": self._images_per_step,
+            "unseen": len(unseen),
         }
 
     def _finish(self, run_id: int, first: int) -> None:
@@ -125,11 +133,22 @@ class RunPipeline:
         check_clock.act_on(self._runner.session(), run_id, doubted)
         batches.finish(self._runner.session(), run_id, RunStatus.SUCCEEDED)
 
-    def _do_images(self, run_id: int, start: int, stop: int, together: int, looks: Looks) -> int:
-        batch = self._read(run_id, start, stop)
+    def _do_images(
+        self,
+        run_id: int,
+        start: int,
+        stop: int,
+        together: int,
+        looks: Looks,
+        reading: "ReadAhead[_Batch]",
+    ) -> int:
+        batch = reading.take(start, stop)
         unseen = [image.sha256 for image in batch.images if batch.is_to_be_detected(image)]
         ahead = [*unseen, *batch.next_sha256s]
         looks.keep(set(ahead))
+        if batch.images and not ahead:
+            # Else the next batch is read in its turn: it wants to know what this one detects.
+            reading.begin(stop, 2 * stop - start)
         if ahead:
             detector = self._detectors.get(batch.model, batch.settings)
             self._ahead.begin(looks, detector, ahead)
@@ -142,7 +161,7 @@ class RunPipeline:
         )
         return len(outcomes)
 
-    def _read(self, run_id: int, start: int, stop: int) -> _Batch:
+    def _read(self, run_id: int, start: int, stop: int, *, looks_ahead: bool) -> _Batch:
         with self._database.reading() as session:
             context = batches.context(session, run_id)
             settings = fusion_settings(context.run.preset, context.run.parameters)
@@ -184,7 +203,9 @@ class RunPipeline:
                     2 * stop - start,
                     model_sha256=context.model.sha256,
                     settings_sha256=key,
-                ),
+                )
+                if looks_ahead
+                else (),
             )
 
 
