@@ -69,8 +69,8 @@ class FusionSettings:
     # vessels, and of box edges.
     level_sigma_m: float = 1.0  # of the water against the given level
     level_window_s: float = 1800.0  # for so long the water counts as standing still
-    rotation_sigma_deg: float = 0.05  # of the registered camera, pitch and yaw each
-    box_sigma_px: float = 1.2
+    rotation_sigma_deg: float = 0.05  # of the camera, each axis, beyond what its registration says
+    box_sigma_px: float = 1.2  # as is usual: preset `waterline` learns more of the ships
 
     def __post_init__(self) -> None:
         for name, low, high in (

@@ -121,10 +121,12 @@ SETTINGS: dict[str, SettingWords] = {
     "rotation_sigma_deg": SettingWords(
         "Registration known to",
         "° (one sigma)",
-        "How far the camera may be turned.",
+        "How far the camera may be turned, beyond what its registration says.",
     ),
     "box_sigma_px": SettingWords(
-        "Box edges known to", " px (one sigma)", "How far a detection's edges are off a vessel's."
+        "Box edges known to",
+        " px (one sigma)",
+        "How far a detection's edges are usually off a vessel's; the ships themselves tell more.",
     ),
 }
 
