@@ -12,7 +12,7 @@ from math import hypot, isfinite
 import numpy as np
 import numpy.typing as npt
 
-from app.exports.writers.records import ImageRecord, Matrix, Pixels, PoseRecord, ReviewRecord
+from app.exports.writers.records import ImageRecord, Matrix, Pixels, ReviewRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,43 +70,6 @@ class PoseTable:
         for row in zip(self.ids, *numbers, *nested, strict=True):
             if not all(isfinite(value) for value in _flat(row)):
                 raise ValueError(f"pose {row[0]} holds a number that is not finite")
-
-    @classmethod
-    def of(cls, first: int, poses: Sequence[PoseRecord]) -> "PoseTable":
-        """Return records as a table."""
-        return cls(
-            first=first,
-            ids=[pose.id for pose in poses],
-            run_ids=[pose.run_id for pose in poses],
-            registration_ids=[pose.view.registration_id for pose in poses],
-            viewport_ids=[pose.view.viewport_id for pose in poses],
-            images=[pose.image for pose in poses],
-            vessels=[pose.vessel for pose in poses],
-            boxes_px=[pose.box_px for pose in poses],
-            scores=[pose.score for pose in poses],
-            costs=[pose.cost for pose in poses],
-            centroids_in_cam_m=[pose.centroid_in_cam_m for pose in poses],
-            rotations_cam_from_vessel=np.array([pose.rotation_cam_from_vessel for pose in poses]),
-            rotvecs_cam_from_vessel=[pose.rotvec_cam_from_vessel for pose in poses],
-            lats_deg=[pose.lat_deg for pose in poses],
-            lons_deg=[pose.lon_deg for pose in poses],
-            center_heights_m=[pose.center_height_m for pose in poses],
-            headings_deg=[pose.heading_deg for pose in poses],
-            heading_sources=[pose.heading_source for pose in poses],
-            report_ages_s=[pose.report_age_s for pose in poses],
-            lengths_m=[pose.length_m for pose in poses],
-            widths_m=[pose.width_m for pose in poses],
-            heights_m=[pose.height_m for pose in poses],
-            corners_in_image_px=[pose.corners_in_image_px for pose in poses],
-            corrections_in_enu_m=[pose.correction_in_enu_m for pose in poses],
-            position_covariances_in_enu_m2=[p.position_covariance_in_enu_m2 for p in poses],
-            heading_sigmas_deg=[pose.heading_sigma_deg for pose in poses],
-            height_sigmas_m=[pose.height_sigma_m for pose in poses],
-            flags=[pose.flags for pose in poses],
-            reviews=[pose.review for pose in poses],
-            sources=[pose.source for pose in poses],
-            parts=[pose.part for pose in poses],
-        )
 
 
 def _flat(row: Iterable[object]) -> Iterable[float]:
