@@ -149,7 +149,8 @@ def _pair(
     try:
         return two_runs(session, access, run_id, other_run_id), ""
     except Invalid as error:
-        return None, error.detail
+        told = "; ".join(field.message for field in error.fields) or error.detail
+        return None, f"{told[:1].upper()}{told[1:]}."  # whoever sees the page knows no field's name
 
 
 def _choices(
