@@ -85,12 +85,17 @@ class _Heard:
 
 
 def days(session: Session, site_id: int, readable: Readable) -> list[tuple[date, int, bool]]:
-    """Return the last days with images, newest first: how many, and whether AIS was heard."""
+    """Return the last days with images, newest first: how many, and whether AIS was heard.
+
+    An image just after midnight may have what was heard just before it.
+    """
     found = []
     for text, count in coverage_repository.image_days(session, site_id, DAYS_SHOWN):
         day = date.fromisoformat(text)
-        start = _midnight(day)
-        heard = coverage_repository.is_anything_heard(session, readable, start, start + _DAY)
+        start, around = _midnight(day), timedelta(seconds=AROUND_S)
+        heard = coverage_repository.is_anything_heard(
+            session, readable, start - around, start + _DAY + around
+        )
         found.append((day, count, heard))
     return found
 
