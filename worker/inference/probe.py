@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _DEFAULT_MEMORY_BYTES = 6 * 2**30
+_MOST_CPU_S = 240
 _LONGEST_ANSWER = 4096
 _PACKAGE_ROOT = Path(__file__).resolve().parents[2]
 
@@ -103,6 +104,8 @@ def _main(path: str, family: str, memory_bytes: str) -> int:
     limit = int(memory_bytes)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    # A loop without end must not outlive a worker that was killed and can no longer stop it.
+    resource.setrlimit(resource.RLIMIT_CPU, (_MOST_CPU_S, _MOST_CPU_S))
     result = _try_model(Path(path), family)
     answer = {"ready": result.ready, "reason": result.reason, "signature": result.signature}
     sys.stdout.write(json.dumps(answer) + "\n")
