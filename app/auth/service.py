@@ -260,12 +260,18 @@ def sign_out(session: Session, access: Access) -> None:
 
 
 def create_token(
-    session: Session, access: Access, *, name: str, scopes: Iterable[Scope], days: int | None
+    session: Session,
+    access: Access,
+    *,
+    name: str,
+    scopes: Iterable[Scope],
+    days: int | None,
+    usual_days: int = USUAL_TOKEN_DAYS,
 ) -> tuple[ApiToken, str]:
     """Make a token for the caller and return it with its text, which is shown this once.
 
     Raises Forbidden when it would hold a scope that the caller lacks, or outlive the token that
-    makes it: no token widens itself. Without `days` it lives as long as it may, 90 days at most.
+    makes it: no token widens itself. Without `days` it lives `usual_days`, or as long as it may.
     """
     wanted = frozenset(scopes)
     beyond = wanted - access.scopes()
@@ -277,7 +283,7 @@ def create_token(
         access.user_id,
         name=name,
         scopes=wanted,
-        days=USUAL_TOKEN_DAYS if days is None else days,
+        days=usual_days if days is None else days,
     )
     if access.token_id is not None:
         _end_with_maker(session, token, access.token_id, refuses=days is not None)

@@ -15,13 +15,17 @@ from app.tables.identity import ApiToken
 from app.tables.live import StandingRun, WatchedFolder
 from app.tables.sites import Camera
 
+_USUAL_DAYS = 365
+
 
 def make_drop_token(
-    session: Session, access: Access, camera: Camera, days: int
+    session: Session, access: Access, camera: Camera, days: int | None = None
 ) -> tuple[ApiToken, str]:
-    """Make a token that does nothing but drop photographs of a camera."""
+    """Make a token that does nothing but drop photographs of a camera: a year long, or as told."""
     name = f"drop for {camera.name}"[:200]
-    token, text = auth.create_token(session, access, name=name, scopes=[Scope.INGEST], days=days)
+    token, text = auth.create_token(
+        session, access, name=name, scopes=[Scope.INGEST], days=days, usual_days=_USUAL_DAYS
+    )
     token.camera_id = camera.id
     session.flush()
     return token, text

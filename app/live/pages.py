@@ -68,7 +68,7 @@ def make_drop_token(
     """Make a token for dropping photographs and show it this once."""
     with database.writing() as session:
         camera = sites.camera_for(session, access, Scope.INGEST, camera_id)
-        _, text = actions.make_drop_token(session, access, camera, 365)
+        _, text = actions.make_drop_token(session, access, camera)
     with database.reading() as session:
         return _live_page(request, session, access, camera_id, EMPTY, token=text)
 

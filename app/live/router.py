@@ -51,7 +51,14 @@ def make_drop_token(
     camera_id: int,
     session: SessionDep,
     access: Ingester,
-    days: Annotated[int, Query(ge=1, le=3650)] = 365,
+    days: Annotated[
+        int | None,
+        Query(
+            ge=1,
+            le=3650,
+            description="How long it lives; left out: a year, or as the token that makes it",
+        ),
+    ] = None,
 ) -> DropTokenOut:
     """Make a token that does nothing but drop photographs of this camera; shown this once."""
     camera = sites.camera_for(session, access, Scope.INGEST, camera_id)

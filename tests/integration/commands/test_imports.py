@@ -126,6 +126,7 @@ def test_inspecting_stores_nothing_and_accounts_for_every_line(
         "first",
         "last",
         "formats",
+        "left_out",
     ]
     lines = found["lines"]
     assert lines.pop("total") == len(recording.read_bytes().splitlines()) == sum(lines.values())
