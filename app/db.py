@@ -9,7 +9,7 @@ import json
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, TypeVar
@@ -19,6 +19,8 @@ from pydantic_core import PydanticSerializationError, from_json, to_json
 from sqlalchemy.dialects.postgresql import JSONB
 from sqlalchemy.orm import DeclarativeBase, Session
 from sqlalchemy.orm.interfaces import ORMOption
+
+from app.domain.nmea_times import epoch_us, moment_of
 
 BUSY_TIMEOUT_MS = 30_000
 _PAGE_BYTES = 16_384  # as it comes SQLite has 4,096; a million positions take 0.7 of the time
@@ -83,20 +85,16 @@ class UtcMicroseconds(sa.types.TypeDecorator[datetime]):
     def process_bind_param(self, value: datetime | None, dialect: sa.Dialect) -> object:
         """Refuse a moment without a zone; store UTC."""
         moment = _MOMENT.process_bind_param(value, dialect)
-        if moment is None or dialect.name != "sqlite":
-            return moment
-        return (moment - _1970) // _MICROSECOND
+        return epoch_us(value) if value is not None and dialect.name == "sqlite" else moment
 
     def process_result_value(self, value: Any, dialect: sa.Dialect) -> datetime | None:  # noqa: ANN401  an integer or a moment
         """Give the moment back aware, in UTC."""
         if value is not None and dialect.name == "sqlite":
-            value = _1970 + value * _MICROSECOND
+            return moment_of(value)
         return _MOMENT.process_result_value(value, dialect)
 
 
 _MOMENT = UtcDateTime()
-_1970 = datetime(1970, 1, 1)  # noqa: DTZ001  UTC, as SQLite's moments are without a zone
-_MICROSECOND = timedelta(microseconds=1)
 
 
 class Base(DeclarativeBase):
