@@ -38,7 +38,7 @@ class Checklist:
         return next((step for step in self.steps if not step.is_done), None)
 
 
-NOTHING = Facts(None, None, 0, 0, None, False, False, None, 0, False)
+NOTHING = Facts(None, None, 0, 0, None, False, False, None, None, 0, False)
 
 
 def checklist(site: Site | None, facts: Facts) -> Checklist:
@@ -107,8 +107,10 @@ def checklist(site: Site | None, facts: Facts) -> Checklist:
             ),
             Step(
                 "Grade the first pose",
-                "One key for each: 1 Good, 2 OK, 3 Bad, 4 Wrong match.",
-                f"{run}/review" if facts.run_id else run,
+                "The last run made no pose; its page says why and what to do."
+                if facts.run_id and not facts.run_with_poses_id
+                else "One key for each: 1 Good, 2 OK, 3 Bad, 4 Wrong match.",
+                f"/runs/{facts.run_with_poses_id}/review" if facts.run_with_poses_id else run,
                 facts.graded > 0,
             ),
             Step(

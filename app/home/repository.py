@@ -29,6 +29,7 @@ class Facts:
     has_ais: bool
     has_detector: bool
     run_id: int | None
+    run_with_poses_id: int | None
     graded: int
     exported: bool
 
@@ -78,6 +79,10 @@ def facts_of(session: Session, site_id: int) -> Facts:
             sa.exists().where(Model.status == ModelStatus.READY),
             sa.select(sa.func.max(Run.id))
             .where(Run.site_id == site_id, Run.status == RunStatus.SUCCEEDED)
+            .scalar_subquery(),
+            sa.select(sa.func.max(Run.id))
+            .where(Run.site_id == site_id, Run.status == RunStatus.SUCCEEDED)
+            .where(sa.exists().where(Pose.run_id == Run.id))
             .scalar_subquery(),
             graded.scalar_subquery(),
             sa.exists().where(Export.status == ExportStatus.SUCCEEDED),

@@ -14,7 +14,7 @@ from app.dependencies import DatabaseDep, JobsDep, SessionDep
 from app.domain.fusion_settings import PRESET_OF_RUNS
 from app.errors import AppError, Conflict, Invalid
 from app.reviews import service as reviews
-from app.runs import references, service, setting_words
+from app.runs import emptiness, references, service, setting_words
 from app.runs.parameters import require_used
 from app.sites import service as sites
 from app.templating import page
@@ -179,6 +179,7 @@ def show_run(request: Request, run_id: int, session: SessionDep, access: Reader)
             "detections": progress.detections,
             "poses": progress.poses,
         },
+        emptiness=emptiness.reason(session, run, progress),
         verdicts=reviews.verdicts(session, run.id),
         outcomes=service.outcomes(session, run.id),
         image_errors=service.image_errors(session, run.id),

@@ -11,7 +11,7 @@ from app.tables.ais import AisFile
 from app.tables.imagery import Image
 from app.tables.runs import Run, RunImage
 
-_AROUND = timedelta(seconds=190)  # so far from an image a report may count
+AROUND = timedelta(seconds=190)  # so far from an image a report may count
 _files = AisFile.__table__.c  # of the table, as the deleted are hidden in the class
 
 
@@ -54,7 +54,7 @@ def runs_in_time_of(
         .join(Image, Image.id == RunImage.image_id)
         .where(
             RunImage.done_at.is_not(None),
-            Image.captured_at.between(recording.first_at - _AROUND, recording.last_at + _AROUND),
+            Image.captured_at.between(recording.first_at - AROUND, recording.last_at + AROUND),
         )
         .distinct()
     )

@@ -11,6 +11,7 @@ from app.db import Database
 from app.dependencies import DatabaseDep, SessionDep
 from app.forms import ENTRY_ERRORS, Form, Submitted, check_version, parse, rejected
 from app.sites import actions
+from app.sites.first_guess import with_guess
 from app.sites.schemas import CameraIn, CameraPatch
 from app.tables.sites import Camera, Site
 from app.templating import page
@@ -43,7 +44,7 @@ def create_camera(
 ) -> Response:
     """Make a camera and show it."""
     try:
-        data = parse(CameraIn, _typed(entered) | {"site_id": site_id})
+        data = parse(CameraIn, _typed(with_guess(entered)) | {"site_id": site_id})
         with database.writing() as session:
             camera = actions.create_camera(session, access, data)
     except ENTRY_ERRORS as error:

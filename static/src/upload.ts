@@ -68,8 +68,9 @@ async function upload(
   const tell = (): void => {
     summary.textContent = summarise(entries);
     const isDone = entries.every((entry) => entry.result !== "waiting");
-    if (isDone && entries.some((entry) => entry.result === "stored")) {
+    if (isDone && entries.some((entry) => entry.result !== "failed")) {
       summary.append(" ", showThem());
+      void listThem();
     }
   };
   tell();
@@ -80,10 +81,25 @@ async function upload(
   input.value = "";
 }
 
-/** A link that loads the page again, now with the new photographs in its list. */
+/** Put the new photographs and their count where the page shows them; the form stays as it is. */
+async function listThem(): Promise<void> {
+  const answer = await fetch(location.href);
+  if (!answer.ok) {
+    return; // what was sent is stored all the same; the page shows it when it is next loaded
+  }
+  const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
+  for (const part of ["[data-after-upload]", ".page-head"]) {
+    const now = fresh.querySelector(part);
+    if (now !== null) {
+      document.querySelector(part)?.replaceWith(now);
+    }
+  }
+}
+
+/** A link to the list, which stands far above the form on a narrow screen. */
 function showThem(): HTMLAnchorElement {
   const link = document.createElement("a");
-  link.href = location.pathname;
+  link.href = "#images";
   link.textContent = "Show them";
   return link;
 }

@@ -25,8 +25,9 @@ export class PhotoChoice {
     if (images.length === 0) {
       this.select.append(element("option", "", "No photographs yet"));
       this.select.disabled = true;
-      part(root, "note").textContent =
-        "This viewport has no photographs yet. Upload some of its time at the camera.";
+      const camera = element("a", "", "Upload some of its time");
+      camera.href = `/cameras/${root.dataset["camera"] ?? ""}`;
+      part(root, "note").replaceChildren("This viewport has no photographs yet. ", camera, ".");
     }
   }
 

@@ -7,8 +7,11 @@ import sqlalchemy as sa
 from starlette.testclient import TestClient
 
 from app.db import Database
+from app.tables.detection import Detection, DetectionSet
 from app.tables.identity import User
 from app.tables.runs import Run, RunImage, RunStatus
+from tests.factories.ais import make_position
+from tests.factories.imagery import NOON
 from tests.factories.runs import Harbour, make_harbour, make_run
 
 
@@ -98,6 +101,35 @@ def test_one_run_shows_what_became_of_it(
     assert "the image cannot be decoded" in shown
     assert "<img src=x" not in shown
     assert operator.get(f"/runs/{2**40}").status_code == 404
+
+
+def test_a_run_without_poses_says_why(
+    database: Database, harbour: Harbour, operator: TestClient
+) -> None:
+    """Nothing detected, nothing heard at that time, nothing heard near: each leads to its mend."""
+    with database.writing() as session:
+        run = make_run(session, harbour, [0, 0, 0])
+        session.execute(sa.update(RunImage).values(captured_at=NOON))
+    assert "No vessel was detected" in operator.get(f"/runs/{run.id}").text
+    with database.writing() as session:
+        found = DetectionSet(
+            image_sha256=harbour.images[0].sha256,
+            model_sha256=harbour.model.sha256,
+            settings_sha256="0" * 64,
+        )
+        session.add(found)
+        session.flush()
+        box = {"x1_px": 10.0, "y1_px": 12.0, "x2_px": 40.5, "y2_px": 30.0}
+        session.add(Detection(detection_set_id=found.id, score=0.5, class_id=8, **box))
+        of_run = RunImage.run_id == run.id
+        session.execute(sa.update(RunImage).where(of_run).values(detection_set_id=found.id))
+    shown = operator.get(f"/runs/{run.id}").text
+    assert "AIS has nothing of the time" in shown
+    assert f"/cameras/{harbour.camera.id}/clock" in shown
+    assert "its page says why" in operator.get("/").text
+    with database.writing() as session:
+        make_position(session, harbour.site, NOON)
+    assert "No detection was matched" in operator.get(f"/runs/{run.id}").text
 
 
 def test_the_list_is_of_ones_own_sites(

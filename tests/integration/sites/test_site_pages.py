@@ -115,6 +115,21 @@ def test_pages_show_only_what_one_may_see_and_do(
     assert operator.post(f"/sites/{foreign.id}/cameras", data=CAMERA).status_code == 404
 
 
+def test_an_angle_of_view_is_enough_to_begin_with(
+    browser_of: Browse, admin: User, database: Database
+) -> None:
+    """Without intrinsics the angle gives them; without either the form says what to give."""
+    with database.writing() as session:
+        form = f"/sites/{make_site(session).id}/cameras"
+    browser = browser_of(admin)
+    unknown = CAMERA | dict.fromkeys(("fx_px", "fy_px", "cx_px", "cy_px"), "")
+    assert "or this angle" in browser.post(form, data=unknown | {"angle_deg": ""}).text
+    assert "between 1 and 150" in browser.post(form, data=unknown | {"angle_deg": "190"}).text
+    made = browser.post(form, data=unknown | {"angle_deg": "90"})
+    shown = browser.get(f"{made.headers['location']}/edit").text
+    assert (shown.count('value="1280.0"'), shown.count('value="1279.5"')) == (2, 1)
+
+
 def test_names_are_text(browser_of: Browse, admin: User, database: Database) -> None:
     """Markup in a name is shown, never built into the page."""
     with database.writing() as session:
