@@ -14,6 +14,7 @@ from datetime import datetime
 from enum import StrEnum
 from itertools import pairwise
 from math import asin, cos, radians, sin, sqrt
+from operator import attrgetter
 from typing import NamedTuple, Protocol, TypeVar
 
 from app.domain.ais import MPS_PER_KN, FixTimeSource
@@ -29,6 +30,7 @@ _FEWEST_VESSELS = 4  # that many wrong clocks at once are the receiver's
 _PLACES_M = 1000.0  # nearer, it is one vessel with a poor receiver
 _UNSURE_S = 25.0  # a doubtful moment may be nearly half a minute off
 _CONFIRMABLE = (FixTimeSource.PROMPT, FixTimeSource.DOUBTFUL)
+_SOURCE = attrgetter("fix_time_source")
 _EARTH_M = 6_371_000.0
 _M_PER_DEG = radians(_EARTH_M)
 LONGEST_DELAY_S = 600.0  # from a receiver through servers to us; more is its clock
@@ -80,13 +82,15 @@ class ReportedFix(NamedTuple):
 
 def doubt_of_one(report: Fix) -> list[Doubt]:
     """Return what is doubtful of a report by itself."""
-    conditions = {
-        Doubt.IMPOSSIBLE_SPEED: report.sog_kn is not None and report.sog_kn > FASTEST_KN,
-        # A receiver without a fix often says 0 N 0 E instead of 91 N 181 E.
-        Doubt.FAR_AWAY: report.lat_deg == report.lon_deg == 0.0,
-        Doubt.DOUBTFUL_TIME: report.fix_time_source == FixTimeSource.DOUBTFUL,
-    }
-    return [doubt for doubt, holds in conditions.items() if holds]
+    found = []
+    if report.sog_kn is not None and report.sog_kn > FASTEST_KN:
+        found.append(Doubt.IMPOSSIBLE_SPEED)
+    # A receiver without a fix often says 0 N 0 E instead of 91 N 181 E.
+    if report.lat_deg == report.lon_deg == 0.0:
+        found.append(Doubt.FAR_AWAY)
+    if report.fix_time_source == FixTimeSource.DOUBTFUL:
+        found.append(Doubt.DOUBTFUL_TIME)
+    return found
 
 
 def doubts(
@@ -169,7 +173,7 @@ def timely(reports: Sequence[AnyFix]) -> Sequence[AnyFix]:
     Where its clock is off, all stay. In Danish traffic the next report lay 31 m (median) from where
     late ones led, and 7 m from where the reports before them did.
     """
-    if all(report.fix_time_source != FixTimeSource.DOUBTFUL for report in reports):
+    if FixTimeSource.DOUBTFUL not in map(_SOURCE, reports):
         return reports
     if clock_is_off(report.fix_time_source for report in reports):
         return reports

@@ -12,7 +12,7 @@ A vessel that cannot be placed gets a reason instead, which the evaluation table
 """
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
@@ -26,10 +26,18 @@ from app.domain.track_places import Place, along_course, as_reported, between
 from app.domain.vessel_state import HeadingSource, StateFlag, TrackMethod, VesselState
 from app.domain.vessel_statics import Hull, KnownHull, hull_at
 
-__all__ = ["MPS_PER_KN", "NoState", "TrackMethod", "TrackSettings", "state_at"]
+__all__ = [
+    "MPS_PER_KN",
+    "NoState",
+    "TrackMethod",
+    "TrackSettings",
+    "in_order",
+    "state_at",
+    "state_on",
+]
 
 
-_FIX_TIME = attrgetter("fix_time")
+_FIX_TIME, _MMSI = attrgetter("fix_time"), attrgetter("mmsi")
 _ORDER = attrgetter("fix_time", "received_at")
 
 
@@ -71,24 +79,38 @@ def state_at(
         paper moves the vessel within the world frame), or the place at `at` with age 0.
 
     """
-    if len({report.mmsi for report in reports}) > 1:
+    if len(set(map(_MMSI, reports))) > 1:
         raise ValueError("reports of several MMSI: a state is one vessel's, group them first")
-    kept = timely(reports)
-    found = _state_from(kept, statics, at, settings)
-    if isinstance(found, NoState) and len(kept) < len(reports):
-        return _state_from(reports, statics, at, settings)
-    return found
+    return state_on(in_order(reports), statics, at, settings)
 
 
-def _state_from(
-    reports: Sequence[PositionReport],
+def in_order(reports: Iterable[PositionReport]) -> list[PositionReport]:
+    """Return a vessel's reports as `state_on` needs them, oldest first."""
+    return sorted(reports, key=_ORDER)
+
+
+def state_on(
+    track: Sequence[PositionReport],
     statics: Sequence[StaticReport],
     at: datetime,
     settings: TrackSettings,
 ) -> VesselState | NoState:
-    ordered = sorted(reports, key=_ORDER)
-    count_before = bisect_right(ordered, at, key=_FIX_TIME)
-    before, after = ordered[:count_before], ordered[count_before:]
+    """Do what `state_at` does with reports that are known to be one vessel's and `in_order`."""
+    kept = timely(track)
+    found = _state_from(kept, statics, at, settings)
+    if isinstance(found, NoState) and len(kept) < len(track):
+        return _state_from(track, statics, at, settings)
+    return found
+
+
+def _state_from(
+    track: Sequence[PositionReport],
+    statics: Sequence[StaticReport],
+    at: datetime,
+    settings: TrackSettings,
+) -> VesselState | NoState:
+    count_before = bisect_right(track, at, key=_FIX_TIME)
+    before, after = track[:count_before], track[count_before:]
     if not before:
         return NoState.NO_REPORT
     if settings.method is TrackMethod.HERMITE and _spans(before[-1], after, settings):
@@ -170,14 +192,21 @@ def _covariance_m2(place: Place, heading_deg: float, hull: Hull) -> tuple[float,
 
 def _flags(place: Place, heading: Heading, known: KnownHull | None) -> tuple[str, ...]:
     """Name what a person should know before trusting a state."""
+    flags: list[StrEnum] = []
+    if heading.source is not HeadingSource.REPORTED:
+        flags.append(StateFlag.HEADING_NOT_REPORTED)
+    if known is None:
+        flags.append(StateFlag.NO_SIZE)
+    else:
+        if known.is_later:
+            flags.append(StateFlag.LATER_SIZE)
+        if known.hull.is_centred:
+            flags.append(StateFlag.ANTENNA_UNKNOWN)
+        if known.hull.is_at_least:
+            flags.append(StateFlag.SIZE_AT_LEAST)
+    if place.reports[0].mmsi in AUXILIARY_MMSI:
+        flags.append(StateFlag.AUXILIARY_CRAFT)
     doubts = [doubt for report in place.reports for doubt in doubt_of_one(report)]
-    conditions: tuple[tuple[StrEnum, bool], ...] = (
-        (StateFlag.HEADING_NOT_REPORTED, heading.source is not HeadingSource.REPORTED),
-        (StateFlag.NO_SIZE, known is None),
-        (StateFlag.LATER_SIZE, known is not None and known.is_later),
-        (StateFlag.ANTENNA_UNKNOWN, known is not None and known.hull.is_centred),
-        (StateFlag.SIZE_AT_LEAST, known is not None and known.hull.is_at_least),
-        (StateFlag.AUXILIARY_CRAFT, place.reports[0].mmsi in AUXILIARY_MMSI),
-    )
-    flags = tuple(str(flag) for flag, holds in conditions if holds)
-    return (*flags, *(str(doubt) for doubt in Doubt if doubt in doubts)) if doubts else flags
+    if doubts:
+        flags += [doubt for doubt in Doubt if doubt in doubts]
+    return tuple(map(str, flags))

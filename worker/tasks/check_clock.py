@@ -8,6 +8,7 @@ Matches made by a clock that is off are withheld, and the offset is proposed for
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime, timedelta
+from math import cos, radians, sin
 from typing import Any
 
 import numpy as np
@@ -157,24 +158,22 @@ def _pairs(
     camera: Camera, frame: EnuFrame, level_m: float, matched: Sequence[MatchedBox]
 ) -> list[TimedPair]:
     """Return how late the vessels seem that a run has matched."""
-    ends = np.array(
-        [
-            [
-                frame.position(*place, level_m)
-                for place in (
-                    (one.lat_deg, one.lon_deg),
-                    moved(one.lat_deg, one.lon_deg, *_step_m(one)),
-                )
-            ]
-            for one in matched
-        ]
-    ).reshape(-1, 2, 3)
-    u_px = camera.project(ends.reshape(-1, 3))[:, 0].reshape(-1, 2)
+    ends_deg = [
+        place
+        for one in matched
+        for place in (
+            (one.lat_deg, one.lon_deg),
+            moved(one.lat_deg, one.lon_deg, *_step_m(one)),
+        )
+    ]
+    lat_deg, lon_deg = np.array(ends_deg).reshape(-1, 2).T
+    ends, _ = frame.places(lat_deg, lon_deg, level_m)
+    u_px = camera.project(ends)[:, 0].reshape(-1, 2).tolist()
     pairs = (
         timed_pair(
             one.box,
             one.centre_px,
-            float(after - before),
+            after - before,
             one.mmsi,
             one.speed_kn * _KN,
         )
@@ -185,6 +184,6 @@ def _pairs(
 
 def _step_m(one: MatchedBox) -> tuple[float, float]:
     """Return a second's way of a vessel, east and north."""
-    heading = np.radians(one.heading_deg)
+    heading = radians(one.heading_deg)
     way_m = one.speed_kn * _KN
-    return float(way_m * np.sin(heading)), float(way_m * np.cos(heading))
+    return way_m * sin(heading), way_m * cos(heading)

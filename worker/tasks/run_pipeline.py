@@ -2,7 +2,8 @@
 
 A batch is one step: it reads, computes for all its images, and then writes all rows and the note
 that it is done in one transaction. A worker that dies inside a batch leaves no trace of it. While a
-batch is fused and stored, the detector looks at the images of the next one already. Images are
+batch is fused and stored, the detector looks at the images of the next one already; where nothing
+has to be detected, the next one is fused while a database elsewhere stores this one. Images are
 fused together in groups, the same in every run, so that a pose does not move because another run
 took larger steps.
 """
@@ -10,7 +11,7 @@ took larger steps.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import structlog
 from sqlalchemy.orm import Session
@@ -38,8 +39,8 @@ from worker.inference.ahead import DetectAhead, Looks, Unusable
 from worker.inference.pool import DetectorPool
 from worker.tasks import check_clock
 from worker.tasks.pose_rows import pose_rows, state_rows
-from worker.tasks.read_ahead import ReadAhead
 from worker.tasks.vessel_states import states_around
+from worker.tasks.work_ahead import WorkAhead
 
 log = structlog.get_logger()
 # Groups of images in a step when nothing has to be detected: more would keep reviewers waiting.
@@ -66,6 +67,17 @@ class _Batch:
         return image.deleted_at is None and image.sha256 not in self.known
 
 
+class _Prepared(NamedTuple):
+    """A batch as it was read, with its outcomes where nothing is to be detected.
+
+    `to_detect` is what the detector has to look at, by content: of this batch, then of the next.
+    """
+
+    batch: _Batch
+    to_detect: Sequence[str]
+    outcomes: list[ImageOutcome] | None
+
+
 class RunPipeline:
     """Does the jobs of runs."""
 
@@ -84,19 +96,20 @@ class RunPipeline:
         """Do a run from its first image that is not done to its end; before `first` all are."""
         plan = self._runner.step("begin", self._begin, run_id, first)
         looks_ahead = plan.get("unseen", 1) > 0
-        reading = ReadAhead(partial(self._read, run_id, looks_ahead=looks_ahead), plan["images"])
         # Jobs begun by earlier versions fused together what they did in a step.
         together = plan.get("images_together", plan["images_per_step"])
+        prepare = partial(self._prepare, run_id, together, looks_ahead=looks_ahead)
+        ahead = WorkAhead(prepare, plan["images"])
         looks = Looks()
         try:
             for start in range(first, plan["images"], plan["images_per_step"]):
                 stop = start + plan["images_per_step"]
                 self._runner.step(
-                    "images", self._do_images, run_id, start, stop, together, looks, reading
+                    "images", self._do_images, run_id, start, stop, together, looks, ahead
                 )
         finally:
             looks.give_up()
-            reading.give_up()
+            ahead.give_up()
         self._runner.step("finish", self._finish, run_id, first)
 
     def fail(self, reason: str, run_id: int, _first: int = 0) -> None:
@@ -140,26 +153,32 @@ class RunPipeline:
         stop: int,
         together: int,
         looks: Looks,
-        reading: "ReadAhead[_Batch]",
+        ahead: WorkAhead[_Prepared],
     ) -> int:
-        batch = reading.take(start, stop)
-        unseen = [image.sha256 for image in batch.images if batch.is_to_be_detected(image)]
-        ahead = [*unseen, *batch.next_sha256s]
-        looks.keep(set(ahead))
-        if batch.images and not ahead:
-            # Else the next batch is read in its turn: it wants to know what this one detects.
-            reading.begin(stop, 2 * stop - start)
-        if ahead:
+        batch, to_detect, outcomes = ahead.take(start, stop)
+        looks.keep(set(to_detect))
+        if to_detect:
             detector = self._detectors.get(batch.model, batch.settings)
-            self._ahead.begin(looks, detector, ahead)
-        outcomes: list[ImageOutcome] = []
-        for first in range(start, stop, together):
-            group = [one for one in batch.images if first <= one.position < first + together]
-            outcomes += _outcomes(batch, group, looks)
+            self._ahead.begin(looks, detector, to_detect)
+        elif batch.images and not self._database.is_sqlite:
+            # SQLite keeps nobody waiting: a thread would only hold up those who wait for its lock.
+            ahead.begin(stop, 2 * stop - start)
+        if outcomes is None:
+            outcomes = _outcomes(batch, start, stop, together, looks)
         batches.store(
             self._runner.session(), run_id, batch.model.sha256, batch.settings_sha256, outcomes
         )
         return len(outcomes)
+
+    def _prepare(
+        self, run_id: int, together: int, start: int, stop: int, *, looks_ahead: bool
+    ) -> _Prepared:
+        batch = self._read(run_id, start, stop, looks_ahead=looks_ahead)
+        unseen = [image.sha256 for image in batch.images if batch.is_to_be_detected(image)]
+        to_detect = [*unseen, *batch.next_sha256s]
+        if to_detect:
+            return _Prepared(batch, to_detect, None)
+        return _Prepared(batch, (), _outcomes(batch, start, stop, together, Looks()))
 
     def _read(self, run_id: int, start: int, stop: int, *, looks_ahead: bool) -> _Batch:
         with self._database.reading() as session:
@@ -209,7 +228,18 @@ class RunPipeline:
             )
 
 
-def _outcomes(batch: _Batch, group: Sequence[RunPhotograph], looks: Looks) -> list[ImageOutcome]:
+def _outcomes(
+    batch: _Batch, start: int, stop: int, together: int, looks: Looks
+) -> list[ImageOutcome]:
+    """Fuse a batch, group by group."""
+    outcomes: list[ImageOutcome] = []
+    for first in range(start, stop, together):
+        group = [one for one in batch.images if first <= one.position < first + together]
+        outcomes += _outcomes_of(batch, group, looks)
+    return outcomes
+
+
+def _outcomes_of(batch: _Batch, group: Sequence[RunPhotograph], looks: Looks) -> list[ImageOutcome]:
     """Fuse the vessels of a while together, all on one water."""
     boxes = {image.id: _boxes(batch, image, looks) for image in group}
     seen: list[tuple[RunPhotograph, SeenImage]] = []

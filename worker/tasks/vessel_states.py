@@ -20,7 +20,7 @@ from app.domain.ais import PositionReport, StaticReport
 from app.domain.fusion_settings import FusionSettings, Preset
 from app.domain.geodesy import Geodetic
 from app.domain.plausibility import Doubt, receiver_clock_is_off
-from app.domain.tracks import TrackMethod, TrackSettings, state_at
+from app.domain.tracks import TrackMethod, TrackSettings, in_order, state_on
 from app.domain.vessel_state import VesselState
 
 # A vessel at anchor, or slow with class B, reports every three minutes: Hermite needs both sides.
@@ -95,7 +95,7 @@ class _Tracks:
         for mmsi, reports in heard.items():
             around = _around(reports, at, self.window)
             if around:
-                state = state_at(around, self.statics.get(mmsi, []), at, self.settings)
+                state = state_on(around, self.statics.get(mmsi, []), at, self.settings)
                 if isinstance(state, VesselState):
                     states.append(state)
         return states
@@ -113,11 +113,11 @@ class _Tracks:
 
 
 def _by_vessel(positions: Iterable[PositionReport]) -> ByVessel:
-    """Return reports by MMSI, in its order, each vessel's in theirs."""
+    """Return reports by MMSI, in its order, each vessel's oldest first."""
     by_vessel: dict[int, list[PositionReport]] = defaultdict(list)
     for report in positions:
         by_vessel[report.mmsi].append(report)
-    return dict(sorted(by_vessel.items()))
+    return {mmsi: in_order(reports) for mmsi, reports in sorted(by_vessel.items())}
 
 
 def _groups(moments: Mapping[int, datetime], window: _Window) -> Iterator[list[int]]:
@@ -162,5 +162,7 @@ def _with_doubts(
 
 def _doubted(state: VesselState, doubts: set[Doubt]) -> VesselState:
     """Return a state with some more doubts among its flags."""
+    if not doubts:
+        return state
     fresh = [str(doubt) for doubt in Doubt if doubt in doubts and doubt not in state.flags]
     return replace(state, flags=(*state.flags, *fresh)) if fresh else state
