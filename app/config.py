@@ -158,6 +158,11 @@ class Settings(MailSettings, ProviderSettings, BaseSettings):
         return path.read_text().encode()
 
     @property
+    def idle_limit_s(self) -> float:
+        """How long a worker's transaction may stand idle: far longer than makes a worker dead."""
+        return 10 * self.takeover_after_s
+
+    @property
     def is_sqlite(self) -> bool:
         """Whether the embedded database is in use."""
         return self.database_url.startswith("sqlite")

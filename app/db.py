@@ -166,6 +166,22 @@ def from_json_text(text: str | bytes) -> Any:  # noqa: ANN401  whatever was stor
         return json.loads(text)
 
 
+def end_idle_writers(engine: sa.Engine, limit_s: float, *, all_write: bool = False) -> None:
+    """Have Postgres end a transaction that writes and stands idle for longer than this.
+
+    That of a frozen process, or behind a dead network, would keep its locks for hours, and with
+    them all who wait for its rows. SQLite has no such setting: its locks end with the process.
+    """
+
+    @sa.event.listens_for(engine, "begin")
+    def _limit(connection: sa.Connection) -> None:
+        if all_write or connection.get_execution_options().get("writes", False):
+            limit_ms = int(limit_s * 1000)
+            connection.exec_driver_sql(
+                f"SET LOCAL idle_in_transaction_session_timeout = {limit_ms}"
+            )
+
+
 def make_engine(database_url: str) -> sa.Engine:
     """Make an engine for SQLite (WAL, foreign keys, busy timeout, full durability) or Postgres.
 
@@ -215,10 +231,12 @@ def _configure_sqlite(connection: sqlite3.Connection, _record: object) -> None:
 class Database:
     """An engine with the two ways to open a session on it."""
 
-    def __init__(self, database_url: str) -> None:
+    def __init__(self, database_url: str, *, idle_limit_s: float | None = None) -> None:
         self.url = database_url
         self.engine = make_engine(database_url)
         self.is_sqlite = self.engine.dialect.name == "sqlite"
+        if idle_limit_s is not None and not self.is_sqlite:
+            end_idle_writers(self.engine, idle_limit_s)
         self._writing_engine = self.engine.execution_options(writes=True)
         # The event loop's own connection: it must never wait for one that a request holds which
         # only the loop could bring to its end.

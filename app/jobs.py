@@ -18,7 +18,7 @@ from dbos import DBOS, DBOSClient, DBOSConfig, SQLAlchemyDatasource
 from dbos._serialization import DBOSPortableJSONSerializer
 from sqlalchemy.orm import Session
 
-from app.db import BUSY_TIMEOUT_MS, json_text
+from app.db import BUSY_TIMEOUT_MS, end_idle_writers, json_text
 from app.errors import AppError
 from app.tables.operation import Takeover
 
@@ -150,7 +150,9 @@ class JobClient:
 class JobRunner:
     """A worker's view of the jobs: runs what is queued, resumes what others left."""
 
-    def __init__(self, database_url: str, executor_id: str, *, concurrency: int) -> None:
+    def __init__(
+        self, database_url: str, executor_id: str, *, concurrency: int, idle_limit_s: float
+    ) -> None:
         self._engine = make_job_engine(database_url)
         wait_for_room(self._engine)
         self._executor_id = executor_id
@@ -159,6 +161,8 @@ class JobRunner:
         self._leaving = threading.Event()
         self._idle: frozenset[str] = frozenset()
         self._is_sqlite = database_url.startswith("sqlite")
+        if not self._is_sqlite:
+            end_idle_writers(self._engine, idle_limit_s, all_write=True)
         config: DBOSConfig = {
             "name": APPLICATION,
             "system_database_engine": self._engine,

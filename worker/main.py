@@ -47,7 +47,7 @@ def work(settings: Settings, parent_pid: int) -> int:
     """Work until SIGTERM or SIGINT, or until the parent process is gone. Returns an exit code."""
     stop = threading.Event()
     stop_on_signals(stop)
-    database = Database(settings.database_url)
+    database = Database(settings.database_url, idle_limit_s=settings.idle_limit_s)
     if reason := why_unusable(database, settings):
         log.error("worker refuses to start", reason=reason)
         return 1
@@ -89,7 +89,9 @@ def _take_jobs(
     os.nice(NICENESS)
     executor_id = f"{uuid.uuid4().hex[:8]}-{os.getpid()}-{socket.gethostname()}"
     executor_id = executor_id[:EXECUTOR_ID_LENGTH]
-    runner = JobRunner(settings.database_url, executor_id, concurrency=1)
+    runner = JobRunner(
+        settings.database_url, executor_id, concurrency=1, idle_limit_s=settings.idle_limit_s
+    )
     give_up = register_tasks(runner, database, settings)
     presence = Presence(database, runner, settings, executor_id, give_up)
     presence.announce()

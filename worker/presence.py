@@ -3,6 +3,7 @@
 import os
 import socket
 import threading
+import time
 from collections.abc import Callable
 from datetime import timedelta
 
@@ -40,6 +41,8 @@ class Presence:
         self._executor_id = executor_id
         self._give_up = give_up
         self._insert = (sqlite if settings.is_sqlite else postgresql).insert
+        self._beaten_at_s = time.monotonic()
+        self._was_late = False
 
     def announce(self) -> None:
         """Say for the first time that this worker lives."""
@@ -53,7 +56,8 @@ class Presence:
                 return
             try:
                 self._beat()
-                self._take_over()
+                if not self._is_back_from_a_standstill():
+                    self._take_over()
             except DBAPIError as error:
                 # A database that is away for a moment must not end the worker.
                 log.warning("heartbeat failed", error=str(error.orig))
@@ -64,6 +68,17 @@ class Presence:
             session.execute(
                 sa.delete(WorkerHeartbeat).where(WorkerHeartbeat.executor_id == self._executor_id)
             )
+
+    def _is_back_from_a_standstill(self) -> bool:
+        """Tell whether this worker was silent itself for as long as makes others dead.
+
+        What held it up, a machine asleep or far too busy, held up the others too: they get a
+        round to speak first. Only one, so that the dead are found where all is always late.
+        """
+        before_s, self._beaten_at_s = self._beaten_at_s, time.monotonic()
+        is_late = self._beaten_at_s - before_s > self._settings.takeover_after_s
+        is_first, self._was_late = is_late and not self._was_late, is_late
+        return is_first
 
     def _beat(self) -> None:
         with self._database.writing() as session:
@@ -91,15 +106,13 @@ class Presence:
             )
 
     def _live_executors(self) -> frozenset[str]:
+        """Return who was heard of lately, and this worker: it lives, however late its words are."""
         with self._database.reading() as session:
             oldest = common_moment(session) - timedelta(seconds=self._settings.takeover_after_s)
-            return frozenset(
-                session.scalars(
-                    sa.select(WorkerHeartbeat.executor_id).where(
-                        WorkerHeartbeat.last_seen_at >= oldest
-                    )
-                )
+            heard = session.scalars(
+                sa.select(WorkerHeartbeat.executor_id).where(WorkerHeartbeat.last_seen_at >= oldest)
             )
+            return frozenset(heard) | {self._executor_id}
 
     def _take_over(self) -> None:
         # In this order: whoever has a job by now has announced itself before.
