@@ -39,9 +39,9 @@ ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 SHARED = 4  # unknowns of all ships: level_m, pitch, yaw, roll (rad)
 _SIZE_M = 0.8  # AIS gives whole metres, and people enter them wrong
 # Where between a slim and a full hull most hulls are, and one sigma of that.
-_FULLNESS, _FULLNESS_SIGMA = 0.3, 0.28
+_FULLNESS, _FULLNESS_SIGMA = 0.3, 0.25
 # How much shorter than over all a ship is afloat, in share, and one sigma of that.
-_OVERHANG, _OVERHANG_SIGMA = 0.035, 0.035
+_OVERHANG, _OVERHANG_SIGMA = 0.035, 0.03
 # Ships are about so many times as long as wide, and where one of the two is not known, the guess is
 # off by this share.
 _SLENDERNESS, _GUESS_SHARE = 6.0, 0.5
@@ -116,7 +116,7 @@ class Roads:
         self.across_variance = (self.right_in_en * times(by_prior, self.right_in_en)).sum(axis=0)
         self.shared_covariance = shared_covariance(camera, settings)
         self.is_reported = np.array(
-            [state.heading_source is HeadingSource.REPORTED for state in states]
+            [state.heading_source == HeadingSource.REPORTED for state in states]
         )
         # The error of a ship's AIS is one, however many images show it.
         _, self.vessel = np.unique([state.identifier for state in states], return_inverse=True)

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.domain.arrays import FloatArray
-from app.domain.box_noise import BoxNoise, Surprises, box_noise, scatter
+from app.domain.box_noise import BoxNoise, Learnt, Surprises, box_noise, scatter
 from app.domain.covariances import Factors, apart, carried, factored, inverse, together
 from app.domain.roads import SHARED, Roads, Touching, times
 
@@ -31,11 +31,13 @@ _SUSPICIOUS = 2.5
 _ODD_WIDTH = 1.0  # and widths more than this, to say how a ship heads
 # The stated accuracy of AIS counts as much as what so many ships show of it.
 _PRIOR_SHIPS = 4.0
-# The same of headings, their scale before looking, and its limits: compasses may only be worse than
-# said. Two of three ships of recorded traffic head within 0.45 sigmas of their course, many well
-# within.
-_COMPASSES = (4.0, 1.0, (1.0, 4.0))
-_COURSES = (4.0, 0.15, (0.05, 4.0))
+# The same of headings, their scale before looking, and its limits: an exact compass is not to be
+# turned by the shapes of hulls. Two of three ships of recorded traffic head within 0.45 sigmas of
+# their course, many well within.
+_COMPASSES = (3.0, 1.0, (0.25, 9.0))
+_COURSES = (4.0, 0.1, (0.02, 4.0))
+# Squares count up to those of headings whose variance is so many times the usual one.
+_WORSE = 4.0
 # A lower edge this many sigmas above where it should be may be another ship's bulwark.
 _HIDDEN_BELOW = 1.5
 # Beyond so many sigmas what all ships share is held back less and less: it may be worse than said.
@@ -48,7 +50,7 @@ class Solution:
 
     `deviation` (n,) is by how many sigmas the image contradicts AIS most, `hidden_m` (n,) how much
     of the ship's breadth across the line of sight is beyond the sides of its detection. `box_noise`
-    is how far off boxes are.
+    is how far off boxes are expected to be.
     """
 
     own: FloatArray
@@ -66,7 +68,7 @@ def solve(roads: Roads) -> Solution:
     of_shared_before = inverse(of_shared), np.sqrt(of_shared.diagonal())
     # The slopes by what all share, and last what is off whatever that is.
     evidence = np.concatenate([by_shared, roads.still[:, None]], axis=1)
-    noise = BoxNoise()
+    noise, trust = Learnt(), roads.share
     wider, ease = np.zeros_like(roads.range_m), np.ones_like(roads.range_m)
     for number in range(ROUNDS):
         before = own, shared
@@ -74,7 +76,7 @@ def solve(roads: Roads) -> Solution:
         np.add(roads.still, touching.at_rest, out=evidence[:, SHARED])
         innovation = evidence[:, SHARED] + shared @ by_shared
         by_hulls = roads.by_hulls + touching.variance
-        variance = noise.of(roads.by_boxes) + by_hulls
+        variance = noise.believed.of(roads.by_boxes) + by_hulls
         scale, turn_variance = _rescaled(roads, own, touching, innovation[1], variance[1])
         with_turn = turn_variance * touching.turning
         spread = scale * roads.by_prior_place + with_turn[:, None] * touching.turning
@@ -84,15 +86,12 @@ def solve(roads: Roads) -> Solution:
         if number in _LISTENING:
             # What all share was found from this evidence, which is the less off for that.
             left = np.maximum(0.2, 1 - by_water / (variance + of_each))
-            noise = _box_noise(roads, innovation / np.sqrt(left), by_hulls + of_each)
-            variance = noise.of(roads.by_boxes) + by_hulls
+            noise = _box_noise(roads, innovation / np.sqrt(left), by_hulls + of_each, trust)
+            variance = noise.believed.of(roads.by_boxes) + by_hulls
         deviation = _doubted(variance, innovation, np.sqrt(variance + by_states))
         of_each += variance
-        # With the ships' own unknowns as part of the spread, only the shared ones are left.
-        factors = factored(spread)
-        free = apart(factors, evidence)
         trust = roads.share / np.maximum(1.0, deviation / _SUSPICIOUS) ** 2
-        told = (free * (trust / factors.variances)[:, None] @ free.swapaxes(1, 2)).sum(axis=0)
+        factors, free, told = _told(spread, evidence, trust)
         prior = _eased(*of_shared_before, shared)
         of_shared = inverse(prior + told[:SHARED, :SHARED])
         shared = -(of_shared @ told[:SHARED, SHARED])
@@ -104,25 +103,44 @@ def solve(roads: Roads) -> Solution:
         ease *= np.where(touching.turning[1] * wider < 0, 0.5, 1.0)
         wider = touching.turning[1]
         own[2] = before[0][2] - ease * ((with_turn * off).sum(axis=0) + before[0][2])
+    # Errors are as large as boxes are expected to be off, not as the evidence was weighed.
+    of_each += noise.expected.of(roads.by_boxes) - noise.believed.of(roads.by_boxes)
+    factors, free, told = _told(spread, evidence, trust)
+    of_shared = inverse(prior + told[:SHARED, :SHARED])
     to_evidence = np.concatenate([scale * roads.place_to_evidence, with_turn[None]])
     prior_covariance = roads.prior_covariance.copy()
     prior_covariance[:2, :2] *= scale
     prior_covariance[2, 2] = turn_variance
     covariance = _covariance(prior_covariance, to_evidence, factors, free, of_shared)
-    return Solution(own, shared, covariance, deviation, roads.hidden_m(*before, touching), noise)
+    hidden_m = roads.hidden_m(*before, touching)
+    return Solution(own, shared, covariance, deviation, hidden_m, noise.expected)
 
 
-def _box_noise(roads: Roads, innovation: FloatArray, by_others: FloatArray) -> BoxNoise:
-    """Return how far off boxes are, by evidence (3, n) and its variance by all else.
+def _told(
+    spread: FloatArray, evidence: FloatArray, trust: FloatArray
+) -> tuple[Factors, FloatArray, FloatArray]:
+    """Return what evidence (3, 5, n) tells of what all ships share: information (5, 5).
+
+    With the ships' own unknowns as part of the `spread` (3, 3, n) only the shared ones are left.
+    Its factors and the evidence that varies apart come first.
+    """
+    factors = factored(spread)
+    free = apart(factors, evidence)
+    told = (free * (trust / factors.variances)[:, None] @ free.swapaxes(1, 2)).sum(axis=0)
+    return factors, free, told
+
+
+def _box_noise(
+    roads: Roads, innovation: FloatArray, by_others: FloatArray, trust: FloatArray
+) -> Learnt:
+    """Return how far off boxes are, by evidence (3, n), its variance by all else, and trust (n,).
 
     Middles tell nothing: AIS is farther off than any box. Nor do widths by themselves, which depend
     on shapes and sizes: but how those of a ship vary from image to image is the detector's.
     """
     _, wide, low = roads.used
     range_m = roads.range_m[wide]
-    lower = Surprises(
-        innovation[2, low], roads.by_boxes[:, 2, low], by_others[2, low], roads.share[low]
-    )
+    lower = Surprises(innovation[2, low], roads.by_boxes[:, 2, low], by_others[2, low], trust[low])
     varying = scatter(
         roads.vessel[wide], innovation[1, wide] * range_m, roads.by_boxes[:, 1, wide] * range_m**2
     )
@@ -200,7 +218,8 @@ def _rescaled(
     told = by_heading / expected**2 * roads.share
     rescaled = np.empty_like(stated)
     for group, (prior, usual, limits) in groups:
-        excess = np.minimum(innovation**2, _SUSPICIOUS**2 * (usual * by_heading + others)) - others
+        most = _SUSPICIOUS**2 * (_WORSE * usual * by_heading + others)
+        excess = np.minimum(innovation**2, most) - others
         of_group = told * group
         heading = (prior * usual + of_group @ excess) / (prior + of_group @ by_heading)
         np.copyto(rescaled, stated * min(max(heading, limits[0]), limits[1]), where=group)

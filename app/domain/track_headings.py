@@ -17,7 +17,7 @@ from app.domain.track_places import turn_deg
 from app.domain.vessel_state import HeadingSource
 
 # One sigma of a heading, by where it came from.
-REPORTED_SIGMA_DEG = 1.5  # compasses, and whole degrees
+REPORTED_SIGMA_DEG = 1.2  # compasses, and whole degrees
 COURSE_SIGMA_DEG = 7.0
 SLOW_COURSE_SIGMA_DEG = 15.0
 STEADY_COURSE_KN = 5.0  # from here on the course is steady

@@ -26,7 +26,7 @@ from app.domain.sighting import BoxSigmas, Sighting, VesselBoxes
 # A place this unsure along its worst direction, and evidence that contradicts AIS this much.
 _UNSURE_PLACE_M = 10.0
 _CONTRADICTION = 4.0
-_TOP_M = 0.08  # masts a detector overlooks
+_TOP_M = 0.05  # masts a detector overlooks
 # Of a ship's breadth so much may be missing by its shape or a loose box before it counts as hidden.
 _SEEN_WHOLE = 0.12
 _MUCH_HIDDEN = 0.1
@@ -37,7 +37,7 @@ _POLE_PX_PER_M = 4.0
 _POLE_M = 1.0
 # A ship this high in share of its length has masts or a house amidships rather than a flat deck.
 _TALL_SHARE = 0.2
-_TOP_SIGMA = 0.4  # of where between the farthest corner and the middle the highest point is
+_TOP_SIGMA = 0.33  # of where between the farthest corner and the middle the highest point is
 # Bow-port, bow-starboard, stern-starboard, stern-port, in half lengths and half widths.
 _CORNERS = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
 

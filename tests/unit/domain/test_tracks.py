@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from app.domain.ais import FixTimeSource, PositionReport, StaticReport
 from app.domain.local_metres import moved, offset_m
 from app.domain.nmea import NmeaDecoder, decode_lines
+from app.domain.track_headings import REPORTED_SIGMA_DEG
 from app.domain.track_places import turn_deg
 from app.domain.tracks import MPS_PER_KN, NoState, TrackMethod, TrackSettings, state_at
 from app.domain.vessel_state import HeadingSource, StateFlag, VesselState
@@ -71,6 +72,7 @@ def test_paper_leaves_the_dead_reckoning_to_fusion() -> None:
         HeadingSource.REPORTED,
         (7,),
         found.position_covariance_m2,
+        heading_sigma_deg=REPORTED_SIGMA_DEG,
         track_method=TrackMethod.HEADING_DR,
     )
 
