@@ -5,6 +5,7 @@ metres: everything geometric is float64. Value objects keep private, read-only c
 nobody can change a camera behind the back of those who share it.
 """
 
+from collections.abc import Iterable
 from typing import TypeAlias
 
 import numpy as np
@@ -29,3 +30,9 @@ def frozen_array(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Fl
         raise ValueError(f"{name} must hold finite numbers only")
     array.flags.writeable = False
     return array
+
+
+def numbered(names: Iterable[str]) -> IntArray:
+    """Return a number for each name, the same for the same one, counted from 0 as they come."""
+    numbers: dict[str, int] = {}
+    return np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.intp)

@@ -55,10 +55,12 @@ def cut_like(
     is cut when it ends so near, and the vessel `expected_px` (x1, y1, x2, y2) by AIS goes on: is
     wider than the box by more than boxes err, or lies lower than the image's border.
     """
+    x1, _, x2, y2 = expected_px
     width_px, height_px = detection.x2_px - detection.x1_px, detection.y2_px - detection.y1_px
+    if x2 - x1 <= width_px and y2 <= intrinsics.height_px:
+        return cut
     aside_px = _NEAR_SIGMAS * hypot(edge_sigma_px, _EDGE_SHARE * width_px)
     below_px = _NEAR_SIGMAS * hypot(edge_sigma_px, _EDGE_SHARE * height_px)
-    x1, _, x2, y2 = expected_px
     is_narrow = x2 - x1 - width_px > max(aside_px, _HULL_SHARE * (x2 - x1))
     is_high = y2 - intrinsics.height_px > below_px
     if not (is_narrow or is_high):

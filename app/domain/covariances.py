@@ -6,6 +6,7 @@ are half a dozen operations on whole arrays. General solvers take a call a matri
 numbers is nearly all of their time.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -62,8 +63,13 @@ def inverse(matrix: FloatArray) -> FloatArray:
     """Return the inverse of one small positive definite matrix; NumPy's own takes ten times it."""
     from scipy.linalg.lapack import dposv  # noqa: PLC0415 - keeps the web process small
 
-    _, inverse, failed = dposv(matrix, np.eye(len(matrix)))
+    _, inverse, failed = dposv(matrix, _unit(len(matrix)))
     return np.asarray(np.linalg.inv(matrix) if failed else inverse, dtype=np.float64)
+
+
+@cache
+def _unit(size: int) -> FloatArray:
+    return np.eye(size)
 
 
 def log_volume(factors: Factors) -> FloatArray:

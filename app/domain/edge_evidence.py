@@ -82,7 +82,7 @@ def edge_variance_px2(
 
 
 def box_variance_px2(edge_px2: FloatArray, one_side: BoolArray) -> FloatArray:
-    """Make variances (3, n) of the evidence of those of the boxes' side and lower edges (2, n)."""
+    """Make variances (3, ..., n) of the evidence of those of side and lower edges (2, ..., n)."""
     side, lower = edge_px2
     return np.array([np.where(one_side, side, side / 2), 2 * side, lower])
 

@@ -48,8 +48,11 @@ class HullEdges:
         """Project the hulls of candidates, each as AIS has it and moved a little."""
         states = [candidate.state for candidate in candidates]
         plane = WaterPlane.of([candidate.segment for candidate in candidates])
-        away = plane.corners_in_world.mean(axis=1) - camera.center_in_world
-        edges = _edges(camera, away, plane, states)
+        away = plane.middles_in_world - camera.center_in_world
+        ends_m = np.array(
+            [(s.to_bow_m, s.to_stern_m, s.to_port_m, s.to_starboard_m) for s in states]
+        )
+        edges = _edges(camera, away, plane, ends_m)
         steps = np.array([_STEP_M, _STEP_M, _STEP_RAD, _STEP_M])
         slopes = (edges[:, 1:] - edges[:, :1]) / steps[:, None]
         focal_px = sqrt(camera.intrinsics.K[0, 0] * camera.intrinsics.K[1, 1])
@@ -62,26 +65,23 @@ class HullEdges:
             covariance_px2=carried(slopes[:, :3], state_covariances(states)),
             by_shared=by_shared,
             px_per_m=focal_px / np.sqrt((away**2).sum(axis=1)),
-            has_size=np.array([c.has_size for c in candidates]),
+            has_size=(ends_m.reshape(-1, 2, 2).sum(axis=2) > 0).any(axis=1),
         )
 
 
-def _edges(
-    camera: Camera, away_m: FloatArray, plane: WaterPlane, states: Sequence[VesselState]
-) -> FloatArray:
+def _edges(camera: Camera, away_m: FloatArray, plane: WaterPlane, ends_m: FloatArray) -> FloatArray:
     """Return left, right and lower edges (3, 5, n) of hulls: still, and moved in four ways.
 
-    East, north, turned clockwise about the antenna, up. Coordinates come first, then ways, the
-    outline's points and vessels, so that each operation runs over all of them.
+    East, north, turned clockwise about the antenna, up. Vessels' bows, sterns, port and starboard
+    sides are `ends_m` (n, 4) from it. Coordinates come first, then ways, the outline's points and
+    vessels, so that each operation runs over all of them.
     """
     to_cam = camera.R_cam_from_world.T
     middle = (away_m @ to_cam).T
     forward, port, up = (plane.vessel_axes_in_world @ to_cam).transpose(1, 2, 0)
     east, north, _ = (plane.enu_axes_in_world @ to_cam).transpose(1, 2, 0)
     outline = unit_outline()
-    bow, stern, left, right = np.array(
-        [(s.to_bow_m, s.to_stern_m, s.to_port_m, s.to_starboard_m) for s in states]
-    ).T
+    bow, stern, left, right = ends_m.T
     length_m = np.maximum(bow + stern, _LEAST_LENGTH_M)
     width_m = np.maximum(left + right, _LEAST_WIDTH_M)
     along, across = outline[:, :1] * length_m, outline[:, 1:] * width_m

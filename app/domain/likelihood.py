@@ -60,13 +60,14 @@ class Odds(NamedTuple):
 
     def terms(self) -> dict[str, float]:
         """Name what counted, for people to read."""
-        terms = {
-            "probability": self.probability,
-            "middle_sigmas": self.middle_sigmas,
-            "width_sigmas": self.width_sigmas,
-            "bottom_sigmas": self.bottom_sigmas,
-        }
-        return {name: value for name, value in terms.items() if value is not None}
+        terms = {"probability": self.probability}
+        if self.middle_sigmas is not None:
+            terms["middle_sigmas"] = self.middle_sigmas
+        if self.width_sigmas is not None:
+            terms["width_sigmas"] = self.width_sigmas
+        if self.bottom_sigmas is not None:
+            terms["bottom_sigmas"] = self.bottom_sigmas
+        return terms
 
 
 class LikelyPair(NamedTuple):
@@ -100,11 +101,12 @@ def match_by_likelihood(
     prior = _DOWNWARDS * shared_covariance(camera, settings)[:3, :3]
     information = inverse(prior)
     shared, covariance = np.zeros(3), prior
+    taken: IntArray = np.zeros(0, dtype=np.intp)
     for _ in range(ROUNDS):
+        shared, covariance = _shared(pairing, taken, shared, covariance, information)
         judged = _judge(pairing, shared, covariance)
         worth = judged.gain + pairing.prior
         taken = explained(pairing, worth)
-        shared, covariance = _shared(pairing, taken, shared, covariance, information)
     if settings.matching is MatchingMethod.TRACK_VOTES and times_s is not None:
         worth, allowed = _voted(pairing, worth, times_s, settings)
         taken = explained(pairing, np.where(allowed, worth, -np.inf))

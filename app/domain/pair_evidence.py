@@ -11,7 +11,7 @@ from math import log, sqrt
 
 import numpy as np
 
-from app.domain.arrays import BoolArray, FloatArray, IntArray
+from app.domain.arrays import BoolArray, FloatArray, IntArray, numbered
 from app.domain.camera import Camera
 from app.domain.camera_spread import shared_covariance
 from app.domain.edge_evidence import EdgeShares
@@ -76,15 +76,14 @@ class PairEvidence:
         of_each += np.where(used, boxes.variance(hulls, row, column), 1.0)
         scene = boxes.scene[row]
         place = np.concatenate([np.arange(count) for count in counts])
-        numbers: dict[str, int] = {}
-        vessel = [numbers.setdefault(c.state.identifier, len(numbers)) for c in candidates]
+        vessel = numbered(candidate.state.identifier for candidate in candidates)
         return cls(
             boxes=boxes,
             scene=scene,
             bounds=[0, *(np.flatnonzero(scene[1:] != scene[:-1]) + 1).tolist(), len(scene)],
             row=row,
             candidate=place[column],
-            vessel=np.array(vessel)[column],
+            vessel=vessel[column],
             residual=shares.mixed(
                 boxes.edges_px.take(row, axis=1) - hulls.edges_px.take(column, axis=1)
             ),

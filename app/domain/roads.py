@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from app.domain.arrays import FloatArray
+from app.domain.arrays import FloatArray, numbered
 from app.domain.box_noise import USUAL_SHARE
 from app.domain.camera import Camera
 from app.domain.camera_spread import place_covariance, shared_covariance
@@ -90,14 +90,14 @@ class Roads:
         self.enu = _ships_last(plane.enu_axes_in_world)
         self.antenna = _ships_last(plane.antenna_in_world)
         ends = [(s.to_bow_m, s.to_port_m, s.to_stern_m, s.to_starboard_m) for s in states]
-        before, behind = np.split(np.array(ends).T, 2)
+        before, behind = np.array(ends).T.reshape(2, 2, -1)
         self.sizes = before + behind
         length, width = self.sizes
         guesses = np.array([width * _SLENDERNESS, length / _SLENDERNESS])
         self.spans_m = np.where(self.sizes > 0, self.sizes, guesses)
         # A ship turns about its antenna, whose place AIS tells.
         self.ahead_m, self.aport_m = (before - behind) / 2
-        away = plane.corners_in_world.mean(axis=1).T - self.center_in_world
+        away = plane.middles_in_world.T - self.center_in_world
         self.range_m = np.sqrt((away**2).sum(axis=0))
         right = cross(away.T, plane.vessel_axes_in_world[:, 2]).T
         self.right = right / np.sqrt((right**2).sum(axis=0))
@@ -115,12 +115,12 @@ class Roads:
         self.right_in_en = times(self.enu[:2], self.right)
         self.across_variance = (self.right_in_en * times(by_prior, self.right_in_en)).sum(axis=0)
         self.shared_covariance = shared_covariance(camera, settings)
-        self.is_reported = np.array(
-            [state.heading_source == HeadingSource.REPORTED for state in states]
-        )
+        reported = np.array([state.heading_source == HeadingSource.REPORTED for state in states])
+        self.by_heading_source = np.array([reported, ~reported], dtype=np.float64)
         # The error of a ship's AIS is one, however many images show it.
-        _, self.vessel = np.unique([state.identifier for state in states], return_inverse=True)
+        self.vessel = numbered([state.identifier for state in states])
         self.share = 1 / np.bincount(self.vessel)[self.vessel]
+        self.are_seen_again = bool((self.share < 1).any())
 
     def _evidence_variances(self) -> tuple[FloatArray, FloatArray]:
         """Return the variances of the evidence in rad^2: by boxes (2, 3, n), by hulls (3, n).
@@ -131,11 +131,11 @@ class Roads:
         one_side = self.cut[0] | self.cut[1]
         pixels = np.full_like(self.size_px, self.box_sigma_px**2)
         shares = (USUAL_SHARE * self.size_px) ** 2
-        by_boxes = np.stack([box_variance_px2(part, one_side) for part in (pixels, shares)])
+        by_boxes = box_variance_px2(np.array([pixels, shares]).swapaxes(0, 1), one_side)
         by_hulls = misfit_variance_px2(self.size_px, px_per_m, one_side, ANY_OUTLINE)
         guessed_m = (np.where(self.sizes > 0, 0.0, self.spans_m)).sum(axis=0)
         by_hulls[1] += (_SIZE_M**2 + (_GUESS_SHARE * guessed_m) ** 2) * px_per_m**2
-        return by_boxes / self.focal_px**2, by_hulls / self.focal_px**2
+        return by_boxes.swapaxes(0, 1) / self.focal_px**2, by_hulls / self.focal_px**2
 
     def _weigh_planes(self) -> None:
         """Say what metres in all directions do to the evidence, through the gaps to the planes."""
@@ -222,7 +222,7 @@ def times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 def _ships_last(rows: FloatArray) -> FloatArray:
     """Return arrays (n, ...) with the ships on their last axis."""
-    return np.ascontiguousarray(np.moveaxis(rows, 0, -1))
+    return np.ascontiguousarray(rows.transpose(*range(1, rows.ndim), 0))
 
 
 def _points(along_across: FloatArray) -> ComplexArray:

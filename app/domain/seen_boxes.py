@@ -71,7 +71,8 @@ class SeenBoxes:
             [scene.detections[i] for i in of_scene]
             for scene, of_scene in zip(scenes, kept, strict=True)
         ]
-        padded = _padded(good)
+        edges = edges_of([box for boxes in good for box in boxes])
+        padded = _padded(edges, [len(boxes) for boxes in good])
         after, part = side_by_side(padded), parts_of(padded)
         has_units = [bool(here.any()) for here in after]
         has_parts = [bool(here.any()) for here in part]
@@ -84,7 +85,7 @@ class SeenBoxes:
             members += here
             counts.append(len(here))
             parts.append(part[number] if has_units[number] or has_parts[number] else None)
-        x1, y1, x2, y2 = edges_of(every).T
+        x1, y1, x2, y2 = (edges_of(every) if any(has_units) else edges).T
         cut = cut_sides((x1, y1, x2, y2), camera.intrinsics, settings.border_tolerance_px)
         return cls(
             all=every,
@@ -142,10 +143,8 @@ class SeenBoxes:
         return np.asarray(-(used[0] * place + used[1] * size + used[2] * water))
 
 
-def _padded(images: Sequence[Sequence[Detection]]) -> FloatArray:
-    """Return the edges of the boxes of images, (images, n, 4), NaN where an image has fewer."""
-    counts = np.array([len(boxes) for boxes in images])
-    padded: FloatArray = np.full((len(images), counts.max(initial=0), 4), np.nan)
-    is_box = np.arange(padded.shape[1]) < counts[:, None]
-    padded[is_box] = edges_of([box for boxes in images for box in boxes])
+def _padded(edges_px: FloatArray, counts: Sequence[int]) -> FloatArray:
+    """Return edges (m, 4) by images, (images, n, 4), NaN where an image has fewer boxes than n."""
+    padded: FloatArray = np.full((len(counts), max(counts, default=0), 4), np.nan)
+    padded[np.arange(padded.shape[1]) < np.array(counts)[:, None]] = edges_px
     return padded

@@ -31,11 +31,12 @@ _SUSPICIOUS = 2.5
 _ODD_WIDTH = 1.0  # and widths more than this, to say how a ship heads
 # The stated accuracy of AIS counts as much as what so many ships show of it.
 _PRIOR_SHIPS = 4.0
-# The same of headings, their scale before looking, and its limits: an exact compass is not to be
-# turned by the shapes of hulls. Two of three ships of recorded traffic head within 0.45 sigmas of
-# their course, many well within.
-_COMPASSES = (3.0, 1.0, (0.25, 9.0))
-_COURSES = (4.0, 0.1, (0.02, 4.0))
+# The same of headings, of compasses and of courses: as how many ships their usual scale counts, that
+# scale, and its limits. An exact compass is not to be turned by the shapes of hulls. Two of three
+# ships of recorded traffic head within 0.45 sigmas of their course, many well within.
+_PRIOR_HEADINGS, _USUAL_SCALES, _LEAST_SCALES, _LARGEST_SCALES = np.array(
+    [[3.0, 1.0, 0.25, 9.0], [4.0, 0.1, 0.02, 4.0]]
+).T
 # Squares count up to those of headings whose variance is so many times the usual one.
 _WORSE = 4.0
 # A lower edge this many sigmas above where it should be may be another ship's bulwark.
@@ -139,8 +140,10 @@ def _box_noise(
     on shapes and sizes: but how those of a ship vary from image to image is the detector's.
     """
     _, wide, low = roads.used
-    range_m = roads.range_m[wide]
     lower = Surprises(innovation[2, low], roads.by_boxes[:, 2, low], by_others[2, low], trust[low])
+    if not roads.are_seen_again:
+        return box_noise([lower])
+    range_m = roads.range_m[wide]
     varying = scatter(
         roads.vessel[wide], innovation[1, wide] * range_m, roads.by_boxes[:, 1, wide] * range_m**2
     )
@@ -166,7 +169,7 @@ def _doubted(variance: FloatArray, innovation: FloatArray, sigma: FloatArray) ->
 def _eased(information: FloatArray, sigma: FloatArray, shared: FloatArray) -> FloatArray:
     """Hold back less what all ships show to be farther off than `information` (4, 4) says."""
     ease = np.maximum(1.0, np.abs(shared) / (_SURPRISING * sigma))
-    return np.asarray(information / np.outer(ease, ease))
+    return np.asarray(information / (ease[:, None] * ease))
 
 
 def _covariance(
@@ -204,10 +207,10 @@ def _rescaled(
     compasses and those taken from courses apart: without current a course is far better than it is
     said to be.
     """
-    stated = roads.prior_covariance[2, 2]
-    groups = ((roads.is_reported, _COMPASSES), (~roads.is_reported, _COURSES))
+    stated, sources = roads.prior_covariance[2, 2], roads.by_heading_source
+    usual = _USUAL_SCALES @ sources
     if not own.any():
-        return 1.0, stated * np.where(roads.is_reported, _COMPASSES[1], _COURSES[1])
+        return 1.0, stated * usual
     across = (own[:2] * roads.right_in_en).sum(axis=0)
     squares = np.minimum(across**2 / roads.across_variance, _SUSPICIOUS**2)
     place = float((_PRIOR_SHIPS + roads.share @ squares) / (_PRIOR_SHIPS + roads.share.sum()))
@@ -216,11 +219,10 @@ def _rescaled(
     expected = by_heading + others
     # Each ship's square tells as much as the heading has part in it.
     told = by_heading / expected**2 * roads.share
-    rescaled = np.empty_like(stated)
-    for group, (prior, usual, limits) in groups:
-        most = _SUSPICIOUS**2 * (_WORSE * usual * by_heading + others)
-        excess = np.minimum(innovation**2, most) - others
-        of_group = told * group
-        heading = (prior * usual + of_group @ excess) / (prior + of_group @ by_heading)
-        np.copyto(rescaled, stated * min(max(heading, limits[0]), limits[1]), where=group)
-    return place, rescaled
+    most = _SUSPICIOUS**2 * (_WORSE * usual * by_heading + others)
+    excess = np.minimum(innovation**2, most) - others
+    scales = (_PRIOR_HEADINGS * _USUAL_SCALES + sources @ (told * excess)) / (
+        _PRIOR_HEADINGS + sources @ (told * by_heading)
+    )
+    scales = np.minimum(np.maximum(scales, _LEAST_SCALES), _LARGEST_SCALES)
+    return place, stated * (scales @ sources)

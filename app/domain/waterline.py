@@ -75,7 +75,7 @@ def _boxes(sightings: Sequence[Sighting], roads: Roads, solution: Solution) -> V
     given_m = np.array([sighting.water_level_m for sighting in sightings])
     given_deg = np.array([sighting.candidate.state.heading_deg for sighting in sightings])
     return VesselBoxes(
-        vessel_axes_in_world=np.stack([forward.T, port.T, roads.up.T], axis=1),
+        vessel_axes_in_world=np.array([forward, port, roads.up]).transpose(2, 0, 1),
         heading_deg=(given_deg + np.degrees(solution.own[2])) % 360,
         bottom_in_world=np.ascontiguousarray(bottom.T),
         top_from_bottom_m=(height_m * roads.up).T,
@@ -126,7 +126,7 @@ def _heights(
     to_corners = bottom - roads.center_in_world[:, None]
     from_corner = (-(roads.delta[:, None] * to_corners).sum(axis=0) / rise).min(axis=0)
     share = from_corner / np.maximum(roads.sizes[0], 1.0)
-    amidships = np.clip(share / _TALL_SHARE, 0.0, 1.0)
+    amidships = np.minimum(np.maximum(0.0, share / _TALL_SHARE), 1.0)
     apart = from_middle - from_corner
     return from_corner + amidships * apart, _TOP_SIGMA * apart
 
@@ -141,7 +141,7 @@ def _edge_m(roads: Roads, box_noise: BoxNoise) -> FloatArray:
 def _vanished_m(roads: Roads) -> FloatArray:
     """Return one sigma (n,) of what is too thin to be seen at the top of ships far away."""
     px_per_m = roads.focal_px / roads.range_m
-    return np.asarray(_POLE_M * np.clip(1 - px_per_m / _POLE_PX_PER_M, 0.0, 1.0))
+    return np.asarray(_POLE_M * np.maximum(0.0, 1 - px_per_m / _POLE_PX_PER_M))
 
 
 def _bottom_covariance(roads: Roads, solution: Solution) -> FloatArray:
@@ -159,7 +159,7 @@ def _centroid_covariance(
 ) -> FloatArray:
     """Return the covariances of the boxes' centroids: half a height above their bottoms."""
     to_centroid = np.zeros_like(bottom)
-    to_centroid[range(3), range(3)] = 1.0
+    to_centroid[0, 0] = to_centroid[1, 1] = to_centroid[2, 2] = 1.0
     to_centroid[2] += height_by_place / 2
     covariance = carried(to_centroid, bottom)
     covariance[2, 2] += top_variance / 4

@@ -31,6 +31,11 @@ class WaterPlane:
     vessel_axes_in_world: FloatArray
     enu_axes_in_world: FloatArray
 
+    @property
+    def middles_in_world(self) -> FloatArray:
+        """The middles (n, 3) between the corners where dead reckoning leads."""
+        return np.asarray(self.corners_in_world.sum(axis=1) / 4)
+
     @classmethod
     def of(cls, segments: Sequence["WaterPlaneSegment"]) -> "WaterPlane":
         """Put segments together: taken out of their plane at once where all are of one."""
