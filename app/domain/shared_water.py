@@ -31,7 +31,7 @@ _SUSPICIOUS = 2.5
 _ODD_WIDTH = 1.0  # and widths more than this, to say how a ship heads
 # The stated accuracy of AIS counts as much as what so many ships show of it.
 _PRIOR_SHIPS = 4.0
-# The same of headings, of compasses and of courses: as how many ships their usual scale counts, that
+# The same of headings, of compasses and of courses: as how many ships the usual scale counts, that
 # scale, and its limits. An exact compass is not to be turned by the shapes of hulls. Two of three
 # ships of recorded traffic head within 0.45 sigmas of their course, many well within.
 _PRIOR_HEADINGS, _USUAL_SCALES, _LEAST_SCALES, _LARGEST_SCALES = np.array(
