@@ -27,6 +27,7 @@ _PAGE_BYTES = 16_384  # as it comes SQLite has 4,096; a million positions take 0
 # Connections kept and made at need; requests with a session are fewer, for others need some too.
 POOL = {"pool_size": 10, "max_overflow": 20}
 MOST_SESSIONS = 20
+IDLE_LIMIT = "idle_in_transaction_session_timeout"  # of Postgres, in milliseconds
 _ENCODER = json.JSONEncoder(allow_nan=False)
 CONSTRAINT_NAMES = {
     "ix": "ix_%(column_0_N_label)s",
@@ -166,7 +167,7 @@ def from_json_text(text: str | bytes) -> Any:  # noqa: ANN401  whatever was stor
         return json.loads(text)
 
 
-def end_idle_writers(engine: sa.Engine, limit_s: float, *, all_write: bool = False) -> None:
+def end_idle_writers(engine: sa.Engine, limit_s: float) -> None:
     """Have Postgres end a transaction that writes and stands idle for longer than this.
 
     That of a frozen process, or behind a dead network, would keep its locks for hours, and with
@@ -175,11 +176,8 @@ def end_idle_writers(engine: sa.Engine, limit_s: float, *, all_write: bool = Fal
 
     @sa.event.listens_for(engine, "begin")
     def _limit(connection: sa.Connection) -> None:
-        if all_write or connection.get_execution_options().get("writes", False):
-            limit_ms = int(limit_s * 1000)
-            connection.exec_driver_sql(
-                f"SET LOCAL idle_in_transaction_session_timeout = {limit_ms}"
-            )
+        if connection.get_execution_options().get("writes", False):
+            connection.exec_driver_sql(f"SET LOCAL {IDLE_LIMIT} = {int(limit_s * 1000)}")
 
 
 def make_engine(database_url: str) -> sa.Engine:

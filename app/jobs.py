@@ -18,7 +18,7 @@ from dbos import DBOS, DBOSClient, DBOSConfig, SQLAlchemyDatasource
 from dbos._serialization import DBOSPortableJSONSerializer
 from sqlalchemy.orm import Session
 
-from app.db import BUSY_TIMEOUT_MS, end_idle_writers, json_text
+from app.db import BUSY_TIMEOUT_MS, IDLE_LIMIT, json_text
 from app.errors import AppError
 from app.tables.operation import Takeover
 
@@ -85,6 +85,20 @@ def make_job_engine(database_url: str) -> sa.Engine:
             connection.execute(f"PRAGMA {pragma}")
 
     return engine
+
+
+def end_idle(engine: sa.Engine, limit_s: float) -> None:
+    """Have Postgres end a frozen worker's transactions, which keep others waiting for its locks.
+
+    Set once a connection, not once a transaction: a step's begins with its first statement, and
+    it may compute before that for as long as it likes.
+    """
+
+    @sa.event.listens_for(engine, "connect")
+    def _limit(connection: Any, _record: object) -> None:  # noqa: ANN401  a driver's object
+        with connection.cursor() as cursor:
+            cursor.execute(f"SET {IDLE_LIMIT} = {int(limit_s * 1000)}")
+        connection.commit()
 
 
 def wait_for_room(engine: sa.Engine) -> None:
@@ -162,7 +176,7 @@ class JobRunner:
         self._idle: frozenset[str] = frozenset()
         self._is_sqlite = database_url.startswith("sqlite")
         if not self._is_sqlite:
-            end_idle_writers(self._engine, idle_limit_s, all_write=True)
+            end_idle(self._engine, idle_limit_s)
         config: DBOSConfig = {
             "name": APPLICATION,
             "system_database_engine": self._engine,

@@ -4,7 +4,7 @@ import threading
 import time
 
 import structlog
-from sqlalchemy.exc import InterfaceError, OperationalError
+from sqlalchemy.exc import InterfaceError, InternalError, OperationalError
 from sqlalchemy.orm import Session
 
 from app.config import Settings
@@ -97,7 +97,7 @@ class FeedRun:
             return True
         try:
             self._recorder.commit(state)
-        except (OperationalError, InterfaceError) as error:
+        except (OperationalError, InterfaceError, InternalError) as error:
             self._log.warning("feed cannot be stored at the moment", error=str(error.orig))
             return False
         return True

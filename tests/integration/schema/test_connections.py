@@ -1,5 +1,6 @@
 """How connections behave: what SQLite is told on each, and what both databases then promise."""
 
+import time
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
@@ -94,3 +95,18 @@ def test_an_id_that_no_column_holds_is_unknown(database: Database, identifier: i
     """A number too large for the column is no error of the database, just an unknown id."""
     with database.reading() as session:
         assert find(session, Site, identifier) is None
+
+
+@pytest.mark.parametrize("database_url", ["postgres"], indirect=True)
+def test_a_frozen_writer_keeps_nobody_waiting(database: Database, database_url: str) -> None:
+    """A transaction that stands idle for too long is ended, with nothing of it stored."""
+    limited = Database(database_url, idle_limit_s=0.1)
+    with limited.session(writes=True) as session:
+        make_site(session, "of the frozen")
+        session.flush()
+        time.sleep(0.5)
+        with pytest.raises(sa.exc.DBAPIError, match="idle-in-transaction"):
+            session.commit()
+    limited.dispose()
+    with database.reading() as session:
+        assert session.scalars(sa.select(Site)).all() == []
