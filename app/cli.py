@@ -5,6 +5,7 @@ turns errors meant for users into one line on stderr. What a command needs is im
 so that `--help` answers at once.
 """
 
+import errno
 import sys
 
 import typer
@@ -20,6 +21,8 @@ from app.imports import commands as bulk_imports
 from app.keeping import commands as keeping
 from app.operation import commands as operation
 from app.runs import commands as runs
+
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 cli = typer.Typer(
     name="quaymark",
@@ -85,4 +88,6 @@ def _told_by_others(error: Exception) -> str | None:
         return f"the database cannot be used: {str(error.orig).strip().splitlines()[0]}"
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and error.errno in NO_ROOM:
+        return f"what was to be written did not fit: {error.strerror}"
     return None

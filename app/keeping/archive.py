@@ -14,7 +14,7 @@ import io
 import json
 import tarfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import IO, Any, Self
@@ -82,7 +82,10 @@ class Manifest:
 
 
 class ArchiveWriter:
-    """Writes the members of an archive, in order, to a stream that need not be seekable."""
+    """Writes the members of an archive, in order, to a stream that need not be seekable.
+
+    A context manager: its end is written when the block ends well.
+    """
 
     def __init__(self, target: IO[bytes]) -> None:
         self._tar = tarfile.open(fileobj=target, mode="w|")  # noqa: SIM115  closed by `close`
@@ -103,9 +106,13 @@ class ArchiveWriter:
         self._tar.addfile(member, reader)
         return reader.sha256
 
-    def close(self) -> None:
-        """Write the end of the archive."""
-        self._tar.close()
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        # After a failure it is closed all the same, or tarfile complains of it when it is freed.
+        with suppress(OSError) if kind else nullcontext():
+            self._tar.close()
 
 
 class _HashingReader:

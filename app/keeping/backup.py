@@ -5,15 +5,10 @@ refer to, straight from the store. Files are stored before the rows that speak o
 change, so whatever the moment's rows name is there. The archive gets its name when it is whole.
 """
 
-import os
-import secrets
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from hashlib import sha256 as new_sha256
 from pathlib import Path
-from typing import IO
 
 from app import __version__, schema
 from app.config import Settings
@@ -24,7 +19,6 @@ from app.keeping import repository
 from app.keeping.archive import (
     HEADER,
     MANIFEST,
-    OWNER_ONLY,
     SECRET,
     ArchiveWriter,
     Header,
@@ -33,6 +27,7 @@ from app.keeping.archive import (
     TableEntry,
     as_json,
 )
+from app.keeping.drafts import drafts_beside, whole_or_not
 from app.keeping.snapshot import kept_tables, snapshot, write_table
 from app.storage import Storage
 
@@ -69,13 +64,12 @@ def make_backup(
     if path.exists():
         raise Conflict(f"{path} exists already; choose another name")
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".backup-", dir=path.parent) as drafts:
-        moment = _take(database, Path(drafts))
-        with _whole_or_not(path) as target:
-            archive = ArchiveWriter(target)
+    with drafts_beside(path) as drafts:
+        moment = _take(database, drafts)
+        with whole_or_not(drafts, path) as target, ArchiveWriter(target) as archive:
             archive.add_json(HEADER, as_json(_header(database)))
             for table in moment.tables:
-                _add_table(archive, table, Path(drafts))
+                _add_table(archive, table, drafts)
             files = _add_files(archive, storage, moment.files, told)
             secret = _add_secret(archive, settings)
             manifest = Manifest(
@@ -88,7 +82,6 @@ def make_backup(
                 secret_sha256=secret,
             )
             archive.add_json(MANIFEST, as_json(manifest))
-            archive.close()
     return manifest
 
 
@@ -149,19 +142,3 @@ def _add_secret(archive: ArchiveWriter, settings: Settings) -> str | None:
     secret = settings.secret()
     archive.add_bytes(SECRET, secret)
     return new_sha256(secret).hexdigest()
-
-
-@contextmanager
-def _whole_or_not(path: Path) -> Iterator[IO[bytes]]:
-    """Give a draft that gets its name, safe from a power cut, when the block ends well."""
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
-    try:
-        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, OWNER_ONLY)
-        with os.fdopen(descriptor, "wb") as target:
-            yield target
-            target.flush()
-            os.fsync(target.fileno())
-        draft.replace(path)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
