@@ -6,6 +6,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
+from app.detectors.service import IMPORTED_FAMILY
 from app.tables.ais import AisFile
 from app.tables.ais_uploads import AisUpload
 from app.tables.calibration import CalibrationPhoto
@@ -33,8 +34,11 @@ def referenced_files(connection: sa.Connection) -> Iterator[str]:
     parts = [
         sa.select(column.label("sha256")).where(column.is_not(None))
         for column in FILE_COLUMNS
-        if column is not ImportFile.sha256
+        if column is not ImportFile.sha256 and column is not Model.sha256
     ]
+    # Boxes of another detector are rows: of their file nothing but its hash is kept.
+    detector = Model.family != IMPORTED_FAMILY
+    parts.append(sa.select(Model.sha256).where(Model.sha256.is_not(None), detector))
     # Of a batch on its way in, other files are known by their bytes and not kept.
     staged = ImportFile.state == FileState.STAGED
     parts.append(sa.select(ImportFile.sha256).where(ImportFile.sha256.is_not(None), staged))

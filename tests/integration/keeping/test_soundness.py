@@ -2,6 +2,7 @@
 
 from app.config import Settings
 from app.db import Database
+from app.detectors.service import IMPORTED_FAMILY
 from app.keeping.files import check_files
 from app.keeping.repository import findings
 from app.keeping.soundness import orphans, problems
@@ -10,6 +11,7 @@ from app.tables.ais import AisFile
 from app.tables.imagery import Image
 from app.tables.operation import FileProblem
 from app.tables.runs import Run
+from tests.factories.detectors import make_model
 from tests.factories.imagery import make_image
 from tests.factories.sites import make_camera, make_site
 from tests.factories.world import make_world
@@ -25,6 +27,8 @@ def test_lost_and_rotten_files_are_found_and_forgotten_once_whole(
         camera = make_camera(session, make_site(session))
         for sha256 in (kept.sha256, rotten.sha256):
             make_image(session, camera, sha256=sha256)
+        # Its boxes are rows, and of the file they came in only the hash is known.
+        make_model(session, family=IMPORTED_FAMILY)
     assert check_files(database, storage).damaged == 0
     path = storage.local_path(rotten.sha256)
     assert path is not None
