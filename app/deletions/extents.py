@@ -8,6 +8,8 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
 from app.tables.ais import AisFile, AisPosition, AisStatic
+from app.tables.calibration import CameraCalibration
+from app.tables.clock import ClockOffset
 from app.tables.deletion import DeletableAlone
 from app.tables.detection import DetectionSet, Model
 from app.tables.feeds import AisFeed
@@ -23,6 +25,7 @@ from app.tables.reviews import Correction, MissedVessel, Review
 from app.tables.runs import Pose, Run
 from app.tables.sites import Camera, Site, Viewport
 from app.tables.water import WaterLevel
+from app.tables.webhooks import Webhook
 
 DELETABLE: Mapping[str, type[Any]] = {
     "site": Site,
@@ -129,9 +132,13 @@ def counts(session: Session, entity: str, going: Extent) -> dict[str, int]:
 def _statements(going: Extent) -> dict[str, sa.Select[int]]:
     """Return what counts all that goes with a site, camera, viewport, run or images."""
     poses = sa.or_(Pose.run_id.in_(going.of(Run)), Pose.image_id.in_(going.of(Image)))
+    missed = sa.or_(
+        MissedVessel.run_id.in_(going.of(Run)), MissedVessel.image_id.in_(going.of(Image))
+    )
+    cameras = going.of(Camera)
     sites, runs, viewports = going.of(Site), going.of(Run), going.of(Viewport)
     return {
-        "cameras": _count(Camera, Camera.id.in_(going.of(Camera))),
+        "cameras": _count(Camera, Camera.id.in_(cameras)),
         "viewports": _count(Viewport, Viewport.id.in_(viewports)),
         "registrations": _count(Registration, Registration.viewport_id.in_(viewports)),
         "images": _count(Image, Image.id.in_(going.of(Image))),
@@ -139,12 +146,20 @@ def _statements(going: Extent) -> dict[str, sa.Select[int]]:
         "poses": _count(Pose, poses),
         "reviews": _count(Review, Review.pose_id == Pose.id, poses),
         "corrections": _count(Correction, Correction.pose_id == Pose.id, poses),
+        "missed vessels": _count(MissedVessel, missed),
+        "comments": _count(Comment, Comment.image_id.in_(going.of(Image))),
+        "calibrations": _count(CameraCalibration, CameraCalibration.camera_id.in_(cameras)),
+        "clock corrections": _count(ClockOffset, ClockOffset.camera_id.in_(cameras)),
         "AIS recordings": _count(AisFile, AisFile.id.in_(going.of(AisFile))),
         "landmarks": _count(Landmark, Landmark.site_id.in_(sites)),
         "live feeds": _count(AisFeed, AisFeed.site_id.in_(sites), AisFeed.removed_at.is_(None)),
         "water level readings": _count(WaterLevel, WaterLevel.site_id.in_(sites)),
         "ground truth files": _count(GroundTruthFile, GroundTruthFile.site_id.in_(sites)),
-        "watched folders": _count(WatchedFolder, WatchedFolder.camera_id.in_(going.of(Camera))),
+        "retention rules": _count(
+            RetentionRule, RetentionRule.site_id.in_(sites) | RetentionRule.camera_id.in_(cameras)
+        ),
+        "webhooks": _count(Webhook, Webhook.site_id.in_(sites)),
+        "watched folders": _count(WatchedFolder, WatchedFolder.camera_id.in_(cameras)),
         "standing runs": _count(StandingRun, StandingRun.viewport_id.in_(viewports)),
         "review queues": _count(ReviewQueue, ReviewQueue.run_id.in_(runs)),
         "calibration sets": _count(CalibrationSet, CalibrationSet.run_id.in_(runs)),
