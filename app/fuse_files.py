@@ -77,6 +77,7 @@ def _pose_values(
 ) -> dict[str, object]:
     vessel = vessels[pose.state_index]
     east, north, up = pose.correction_in_enu_m.tolist()
+    covariance = pose.position_covariance_in_enu_m2
     return {
         "identifier": str(vessel.identifier),
         "detection": object_index,
@@ -90,6 +91,9 @@ def _pose_values(
         "height_m": pose.height_m,
         "corners_in_image_px": _pixels(pose.corners_in_image_px),
         "correction_m": {"east": east, "north": north, "up": up},
+        "position_covariance_in_enu_m2": None if covariance is None else covariance.tolist(),
+        "heading_sigma_deg": pose.heading_sigma_deg,
+        "height_sigma_m": pose.height_sigma_m,
         "flags": pose.flags + vessel.flags(),
     }
 

@@ -27,12 +27,13 @@ from app.domain.tracks import TrackMethod, TrackSettings, state_at
 from app.domain.vessel_state import HeadingSource, VesselState
 from app.evaluation.service import LEAST_VISIBLE
 from app.simulation.harbour import Frame, Harbour, make_harbour
-from app.simulation.settings import HarbourSettings
+from app.simulation.settings import HarbourSettings, TrafficSettings
 from app.simulation.ship_plans import Fleet
 from app.simulation.truth import VesselTruth
 
 SEEDS = range(1000, 1012)
 IMAGES = 40
+TRAFFIC = TrafficSettings()
 BOOTSTRAPS = 2000
 
 
@@ -50,9 +51,10 @@ class SeedResult:
     )
 
 
-def judge(seed: int) -> dict[Preset, SeedResult]:
+def judge(seed: int, traffic: TrafficSettings = TRAFFIC) -> dict[Preset, SeedResult]:
     """Fuse one harbour's images with every preset and compare each pose with the truth."""
-    harbour = make_harbour(seed, IMAGES, settings=HarbourSettings(fleet=Fleet.JUDGING))
+    settings = HarbourSettings(traffic=traffic, fleet=Fleet.JUDGING)
+    harbour = make_harbour(seed, IMAGES, settings=settings)
     cameras = registered(harbour)
     positions, statics = heard(harbour)
     results = {preset: SeedResult() for preset in Preset}
@@ -199,7 +201,7 @@ def main() -> None:
 
 def print_headings(results: Sequence[SeedResult]) -> None:
     """Print the errors of headings as AIS led to expect them and as poses have them."""
-    print(f"{'heading of preset waterline':<28}{'state':<28}{'pose':<28}pose - state")
+    print(f"{'heading of preset waterline':<28}{'state':<28}{'pose':<28}{'pose - state':<28}poses")
     for source in HeadingSource:
         for how, figure in (("median", np.median), ("mean", np.mean)):
             seeds = [
@@ -210,7 +212,8 @@ def print_headings(results: Sequence[SeedResult]) -> None:
             if seeds:
                 state, pose = np.transpose(seeds)
                 columns = [state.tolist(), pose.tolist(), (pose - state).tolist()]
-                print(row(f"{how} error, {source}, deg", columns))
+                count = sum(len(of.headings[source]) for of in results)
+                print(f"{row(f'{how} error, {source}, deg', columns)}{count}")
 
 
 def medians(judged: Sequence[dict[Preset, SeedResult]], preset: Preset, name: str) -> list[float]:

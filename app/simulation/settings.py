@@ -24,6 +24,7 @@ class TrafficSettings:
     """Vessels and their AIS. Shares are probabilities from 0 to 1; sigmas are one deviation."""
 
     spacing_s: float = 36.0  # mean time between vessels that enter the view
+    speed_factor: float = 1.0  # on the speeds that are usual of each type
     lead_in_s: float = 420.0  # AIS is heard this long before the first image: statics every 360 s
     moored_vessels: int = 2
     moored_with_ais_share: float = 0.35
@@ -52,8 +53,8 @@ class TrafficSettings:
 
     def __post_init__(self) -> None:
         _require_amounts(asdict(self))
-        if self.spacing_s <= 0 or self.bias_memory_s <= 0:
-            raise ValueError("spacing_s and bias_memory_s must be above 0")
+        if min(self.spacing_s, self.bias_memory_s, self.speed_factor) <= 0:
+            raise ValueError("spacing_s, bias_memory_s and speed_factor must be above 0")
 
     @classmethod
     def perfect(cls) -> "TrafficSettings":

@@ -106,7 +106,7 @@ def _passing(
 ) -> Passage:
     """Draw a passage whose vessel is opposite the camera at `moment_s`."""
     habit = _HABITS[ship_type]
-    speed = float(rng.uniform(*habit.speed_kn)) * KNOT_M_S
+    speed = float(rng.uniform(*habit.speed_kn)) * KNOT_M_S * settings.speed_factor
     across = float(rng.uniform(*habit.across_m))
     # Keep to the right: those going right (as seen) take the near half of their range.
     rightwards = across < sum(habit.across_m) / 2

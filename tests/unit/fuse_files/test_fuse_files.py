@@ -58,8 +58,19 @@ def test_the_published_label_gives_its_published_pose(
     assert np.ceil(pose["height_m"]) == published["height"]
     assert len(pose["corners_in_image_px"]) == 8
     assert set(pose["correction_m"]) == {"east", "north", "up"}
+    assert pose["position_covariance_in_enu_m2"] is pose["heading_sigma_deg"] is None
     assert answer["unmatched_detections"] == answer["unmatched_vessels"] == []
     json.dumps(answer, allow_nan=False)
+
+
+def test_preset_waterline_tells_how_sure_it_is(
+    camera_path: Path, label: dict[str, Any], write: Write
+) -> None:
+    """Its poses have a covariance, and sigmas of heading and height."""
+    (pose,) = fuse_files(camera_path, write("label.json", label), "waterline")["poses"]  # type: ignore[misc]  # JSON
+    assert (np.linalg.eigvalsh(pose["position_covariance_in_enu_m2"]) > 0).all()
+    assert pose["heading_sigma_deg"] > 0
+    assert pose["height_sigma_m"] > 0
 
 
 def test_indices_are_those_of_the_label(
