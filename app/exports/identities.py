@@ -20,6 +20,7 @@ REMAINS = (
 )
 MMSI_DIGITS = 9
 SHORTEST_NAME = 3
+_NO_LETTERS = re.compile(r"[\W_]+")
 _DIGITS = re.compile(rf"[0-9]{{{MMSI_DIGITS},}}")
 
 
@@ -95,4 +96,4 @@ class Hidden:
 
 def _letters(text: str) -> str:
     """Return a text without what people leave out in file names: case, blanks, dots, dashes."""
-    return "".join(filter(str.isalnum, text.casefold()))
+    return _NO_LETTERS.sub("", text.casefold())

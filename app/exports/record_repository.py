@@ -11,7 +11,7 @@ import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
 from app.exports.driver_rows import driver_rows, moment_text
-from app.exports.id_lists import among
+from app.exports.id_lists import among, near
 from app.exports.writers.batches import Corrected, PoseColumns
 from app.exports.writers.records import ImageRecord
 from app.stand_ins import FIRST_STAND_IN, STAND_INS
@@ -33,23 +33,16 @@ def _json_text(column: sa.ColumnElement[Any]) -> sa.ColumnElement[str]:
     return sa.func.coalesce(sa.cast(column, sa.Text), sa.literal("null", sa.Text))
 
 
-_POSE_ROWS = sa.select(
+_OF_POSE = (
     _poses.id,
+    _poses.match_id,
     _poses.run_id,
     _poses.image_id,
     _poses.mmsi,
-    _boxes.x1_px,
-    _boxes.y1_px,
-    _boxes.x2_px,
-    _boxes.y2_px,
-    _boxes.score,
-    _matches.cost,
     _poses.lat_deg,
     _poses.lon_deg,
     _poses.center_height_m,
     _poses.heading_deg,
-    _states.heading_source,
-    _states.age_s,
     _poses.length_m,
     _poses.width_m,
     _poses.height_m,
@@ -67,7 +60,11 @@ _POSE_ROWS = sa.select(
             _poses.flags,
         ),
     ),
-).select_from(
+)
+_OF_MATCH = (_matches.id, _matches.detection_id, _matches.vessel_state_id, _matches.cost)
+_OF_BOX = (_boxes.id, _boxes.x1_px, _boxes.y1_px, _boxes.x2_px, _boxes.y2_px, _boxes.score)
+_OF_STATE = (_states.id, _states.heading_source, _states.age_s)
+_JOINED = sa.select(*_OF_POSE, *_OF_MATCH, *_OF_BOX, *_OF_STATE).select_from(
     Pose.__table__.join(Match.__table__, _matches.id == _poses.match_id)
     .join(Detection.__table__, _boxes.id == _matches.detection_id)
     .join(VesselStateRow.__table__, _states.id == _matches.vessel_state_id)
@@ -75,9 +72,61 @@ _POSE_ROWS = sa.select(
 
 
 def pose_columns(session: Session, pose_ids: Sequence[int]) -> PoseColumns | None:
-    """Return poses by id; None where none of them is there."""
-    rows = driver_rows(session, _POSE_ROWS.where(among(_poses.id, pose_ids)).order_by(_poses.id))
-    return PoseColumns(*zip(*rows, strict=True)) if rows else None
+    """Return poses by id; None where none of them is there.
+
+    Postgres gives each table by itself, since the ids are neighbours: joining them costs it as much
+    again as all else. SQLite is quicker with a join.
+    """
+    is_sqlite = session.get_bind().dialect.name == "sqlite"
+    statement = _JOINED if is_sqlite else sa.select(*_OF_POSE)
+    columns = _columns(session, statement, among(_poses.id, pose_ids), pose_ids)
+    if not columns:
+        return None
+    ids, match_ids, run_ids, image_ids, mmsis, *of_pose = columns[: len(_OF_POSE)]
+    beside = columns[len(_OF_POSE) :]
+    if not beside:
+        matches = _columns_of(session, sa.select(*_OF_MATCH), match_ids)
+        _, box_ids, state_ids, _ = matches
+        boxes = _columns_of(session, sa.select(*_OF_BOX), box_ids)
+        beside = [*matches, *boxes, *_columns_of(session, sa.select(*_OF_STATE), state_ids)]
+    _, _, _, costs, _, *box, scores, _, heading_sources, ages_s = beside
+    return PoseColumns._make(
+        (
+            *(ids, run_ids, image_ids, mmsis),
+            *(*box, scores, costs),
+            *of_pose[:4],
+            *(heading_sources, ages_s),
+            *of_pose[4:],
+        )
+    )
+
+
+def _columns(
+    session: Session,
+    statement: sa.Select[Any],
+    condition: sa.ColumnElement[bool],
+    ids: Sequence[int],
+) -> list[tuple[Any, ...]]:
+    """Return by column the rows that are there of some ids in order; nothing where none is."""
+    rows = driver_rows(session, statement.where(condition).order_by(statement.selected_columns[0]))
+    columns = list(zip(*rows, strict=True))
+    if not columns or columns[0] == tuple(ids):
+        return columns
+    wanted = set(ids)
+    return list(zip(*(row for row in rows if row[0] in wanted), strict=True))
+
+
+def _columns_of(
+    session: Session, statement: sa.Select[Any], ids: Sequence[int]
+) -> list[tuple[Any, ...]]:
+    """Return by column the rows of ids, all of which are there, in any order."""
+    in_order = sorted(set(ids))
+    condition = near(statement.selected_columns[0], in_order)
+    columns = _columns(session, statement, condition, in_order)
+    if columns[0] == tuple(ids):
+        return columns
+    rows = dict(zip(in_order, zip(*columns, strict=True), strict=True))
+    return list(zip(*map(rows.__getitem__, ids), strict=True))
 
 
 def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]:

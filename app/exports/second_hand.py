@@ -4,6 +4,7 @@ It gets batches on its standard input and answers each with its bytes, in order.
 input does, so it never outlives whoever started it. It loads the writers alone, no database.
 """
 
+import fcntl
 import os
 import pickle
 import struct
@@ -12,19 +13,32 @@ import sys
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from queue import SimpleQueue
 from threading import Thread
 from typing import IO, Self
 
 from app.exports.writers.batches import Batch, Lines, lines_of
 
-AHEAD = 2  # batches that are under way at most
+AHEAD = 2  # batches that the other process has at most: at one and not waiting for the next
+BEHIND = 6  # batches that are kept at most until one before them is made
+PIPE_BYTES = 1 << 20  # as large as Linux lets be: with 64 KiB each is woken fifty times a batch
+# Memory of a batch is kept for the next one: to give it back and fetch it again costs a tenth.
+ALLOCATION = {"MALLOC_TRIM_THRESHOLD_": "1000000000", "MALLOC_MMAP_THRESHOLD_": "1000000000"}
 _HEAD = struct.Struct("<?Q")
 
 
 def cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(slots=True)
+class _Due:
+    """A batch, and what is made of it once it is."""
+
+    batch: Batch
+    content: bytes | None = None
 
 
 class SecondHand:
@@ -36,10 +50,14 @@ class SecondHand:
             [sys.executable, "-m", "app.exports.second_hand"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            env=os.environ | ALLOCATION,
         )
         if self._process.stdin is None or self._process.stdout is None:
             raise RuntimeError("the process that writes has no pipes")
+        for pipe in (self._process.stdin, self._process.stdout):
+            _widen(pipe)
         self._has_ended = False
+        self._asked = deque[_Due]()
         self._to, self._from = self._process.stdin, self._process.stdout
         self._answers: SimpleQueue[tuple[bool, bytes] | None] = SimpleQueue()
         # Answers are taken at any time: two that only wrote to each other would wait for ever.
@@ -62,38 +80,69 @@ class SecondHand:
     def written(self, batches: Iterable[Batch]) -> Iterator[bytes]:
         """Give what the writer makes of batches, in order. Raises what the writer raises.
 
-        Should the other process end, for want of memory say, this one goes on alone.
+        What the other process has no time for is made here, so that neither waits for the other.
+        Should it end, for want of memory say, this one goes on alone.
         """
-        under_way = deque[Batch]()
+        due = deque[_Due]()
         for batch in batches:
-            if len(under_way) == AHEAD:
-                yield self._answer(under_way.popleft())
-            self._ask(batch)
-            under_way.append(batch)
-        while under_way:
-            yield self._answer(under_way.popleft())
+            one = _Due(batch)
+            due.append(one)
+            self._take_answers()
+            if len(self._asked) < AHEAD and not self._has_ended:
+                self._ask(one)
+            else:
+                one.content = self._made_here(batch)
+            while due and (due[0].content is not None or len(due) > BEHIND):
+                yield self._content(due.popleft())
+        while due:
+            yield self._content(due.popleft())
 
-    def _ask(self, batch: Batch) -> None:
-        if self._has_ended:
-            return
-        message = pickle.dumps((self._write, batch), pickle.HIGHEST_PROTOCOL)
+    def _ask(self, one: "_Due") -> None:
+        self._asked.append(one)
+        message = pickle.dumps((self._write, one.batch), pickle.HIGHEST_PROTOCOL)
         with suppress(BrokenPipeError):  # the listener notices
             _send(self._to, message)
 
-    def _answer(self, batch: Batch) -> bytes:
-        answer = None if self._has_ended else self._answers.get()
+    def _made_here(self, batch: Batch) -> bytes:
+        try:
+            return lines_of(batch, self._write)
+        except ValueError:
+            while self._asked:  # what is wrong with an earlier pose is told first
+                self._take(self._answers.get())
+            raise
+
+    def _content(self, one: "_Due") -> bytes:
+        while one.content is None:
+            self._take(self._answers.get())
+        return one.content
+
+    def _take_answers(self) -> None:
+        while self._asked and not self._answers.empty():
+            self._take(self._answers.get())
+
+    def _take(self, answer: tuple[bool, bytes] | None) -> None:
+        """Note the next answer; None says that there will be none."""
         if answer is None:
             self._has_ended = True
-            return lines_of(batch, self._write)
+            while self._asked:
+                one = self._asked.popleft()
+                one.content = lines_of(one.batch, self._write)
+            return
         is_well, content = answer
         if not is_well:
             raise ValueError(content.decode())
-        return content
+        self._asked.popleft().content = content
 
     def _listen(self) -> None:
         while (answer := _received(self._from)) is not None:
             self._answers.put(answer)
         self._answers.put(None)
+
+
+def _widen(pipe: IO[bytes]) -> None:
+    if set_size := getattr(fcntl, "F_SETPIPE_SZ", None):
+        with suppress(OSError):  # this user has as much of them as one may
+            fcntl.fcntl(pipe, set_size, PIPE_BYTES)
 
 
 def _send(stream: IO[bytes], content: bytes, *, is_well: bool = True) -> None:

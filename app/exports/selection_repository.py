@@ -8,6 +8,7 @@ from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy.typing as npt
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+from app.exports.driver_rows import driver_parts
 from app.exports.filters import UNGRADED, ExportFilters
 from app.exports.verdict_repository import counted_grade, pose_state, standing_review
 from app.tables.imagery import Image
@@ -83,14 +85,11 @@ class PoseSelection:
 
     def chosen(self, session: Session, at_most: int | None = None) -> Chosen:
         """Read which poses are selected, or the first of them."""
-        columns = [array("q") for _ in range(4)]
-        rows = session.execute(
-            self.statement().limit(at_most), execution_options={"yield_per": ROWS_AT_ONCE}
-        )
-        for some in rows.partitions():
-            for column, values in zip(columns, zip(*some, strict=True), strict=True):
-                column.extend(values)
-        return Chosen(*(np.frombuffer(column, np.int64) for column in columns))
+        values = array("q")
+        for some in driver_parts(session, self.statement().limit(at_most), ROWS_AT_ONCE):
+            values.extend(chain.from_iterable(some))
+        columns = np.frombuffer(values, np.int64).reshape(-1, 4).T
+        return Chosen(*map(np.ascontiguousarray, columns))
 
     def gone(self, session: Session, chosen: Chosen) -> Iterator[int]:
         """Give the ids that changed and are not selected (any more), in order."""

@@ -5,7 +5,9 @@ read (see `app.exports.second_hand`).
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from itertools import starmap
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import orjson
@@ -28,6 +30,9 @@ _SHAPES = (
     + b"." * 128
 )
 _LARGE_SHAPE = b" " + b"0" * 17
+_IMAGE_FIELDS, _REVIEW_FIELDS = (
+    attrgetter(*(field.name for field in fields(each))) for each in (ImageRecord, ReviewRecord)
+)
 
 
 class PoseColumns(NamedTuple):
@@ -96,6 +101,41 @@ class Batch:
     vessels: Sequence[str]
     reviews: Mapping[int, ReviewRecord]
     parts: Sequence[str] | None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Go to another process as plain values, which takes half the time of records."""
+        images, reviews = self.images.values(), self.reviews.values()
+        return _received, (
+            self.first,
+            tuple(self.columns),
+            self.views,
+            list(map(_IMAGE_FIELDS, images)),
+            self.vessels,
+            list(self.reviews),
+            list(map(_REVIEW_FIELDS, reviews)),
+            self.parts,
+        )
+
+
+def _received(
+    first: int,
+    columns: Sequence[Any],
+    views: Mapping[int, ViewRecord],
+    images: Sequence[tuple[Any, ...]],
+    vessels: Sequence[str],
+    reviewed: Sequence[int],
+    reviews: Sequence[tuple[Any, ...]],
+    parts: Sequence[str] | None,
+) -> Batch:
+    return Batch(
+        first=first,
+        columns=PoseColumns(*columns),
+        views=views,
+        images={image[0]: ImageRecord(*image) for image in images},
+        vessels=vessels,
+        reviews=dict(zip(reviewed, starmap(ReviewRecord, reviews), strict=True)),
+        parts=parts,
+    )
 
 
 def put_right(columns: PoseColumns, corrections: Mapping[int, Corrected]) -> PoseColumns:

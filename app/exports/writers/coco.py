@@ -11,7 +11,7 @@ from itertools import islice, repeat
 
 import numpy as np
 
-from app.exports.writers.json_bytes import json_bytes, json_lines, sorted_json
+from app.exports.writers.json_bytes import json_bytes, json_rows, sorted_json
 from app.exports.writers.pose_table import PoseTable
 from app.exports.writers.records import ImageRecord, ReviewRecord, Source
 from app.exports.writers.silhouettes import silhouettes
@@ -55,8 +55,9 @@ def annotations(poses: PoseTable) -> bytes:
     boxes = [(x1, y1, x2 - x1, y2 - y1) for x1, y1, x2, y2 in poses.boxes_px]
     outlines, kinds = silhouettes(poses.corners_in_image_px, poses.images, poses.boxes_px)
     grades, reasons, versions = zip(*map(_verdict, poses.reviews), strict=True)
-    lines = json_lines(
+    rows = json_rows(
         NAMES,
+        b",\n",
         range(poses.first + 1, poses.first + 1 + len(poses.ids)),
         [image.number for image in poses.images],
         repeat(1, len(poses.ids)),
@@ -88,7 +89,7 @@ def annotations(poses: PoseTable) -> bytes:
         reasons,
         versions,
     )
-    return (b",\n" if poses.first else b"") + b",\n".join(lines)
+    return (b",\n" if poses.first else b"") + rows
 
 
 def _image(image: ImageRecord, folder: str) -> dict[str, object]:

@@ -34,7 +34,14 @@ def ascii_texts(values: Mapping[str, str | int]) -> bytes:
     return ascii_json(values)
 
 
-def json_lines(names: Sequence[str], *columns: Iterable[object]) -> list[bytes]:
-    """Return an object of each row of some columns, as compact JSON."""
+def json_rows(names: Sequence[str], separator: bytes, *columns: Iterable[object]) -> bytes:
+    """Return an object of each row of some columns, as compact JSON with a separator between.
+
+    All rows at once take half the time of one by one. Where one ends and the next begins shows by
+    the first name, which no object within a row may have in its first place: within texts, quotes
+    are escaped.
+    """
     rows = map(zip, repeat(names), zip(*columns, strict=True))
-    return list(map(orjson.dumps, map(dict, rows)))
+    begin = b'{"' + names[0].encode() + b'":'
+    array = orjson.dumps(list(map(dict, rows)))
+    return array[1:-1].replace(b"}," + begin, b"}" + separator + begin)

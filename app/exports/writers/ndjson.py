@@ -9,7 +9,7 @@ from itertools import repeat
 
 import orjson
 
-from app.exports.writers.json_bytes import ascii_json, ascii_texts, json_bytes, json_lines
+from app.exports.writers.json_bytes import ascii_json, ascii_texts, json_bytes, json_rows
 from app.exports.writers.pose_table import PoseTable
 from app.exports.writers.records import ImageRecord, ReviewRecord, Source
 
@@ -25,15 +25,13 @@ NAMES = (
 
 def write(source: Source) -> Iterator[bytes]:
     """Give the file in chunks; memory stays small."""
-    poses = gone = 0
-    for lines in source.lines(pose_lines):
-        poses += lines.count(b"\n")
-        yield lines
+    gone = 0
+    yield from source.lines(pose_lines)
     for pose_id in source.gone():
         gone += 1
         yield json_bytes({"type": "gone", "id": pose_id}) + b"\n"
     # ASCII only: some readers also end a line at the separators U+0085, U+2028 and U+2029.
-    end = {"type": "end", "complete": True, "poses": poses, "gone": gone}
+    end = {"type": "end", "complete": True, "poses": len(source), "gone": gone}
     yield ascii_json(end | dict(source.manifest())) + b"\n"
 
 
@@ -42,8 +40,9 @@ def pose_lines(poses: PoseTable) -> bytes:
     poses.refuse_what_is_no_number()
     once = {image.id: image for image in poses.images}
     images = {image_id: orjson.Fragment(_image(image)) for image_id, image in once.items()}
-    lines = json_lines(
+    rows = json_rows(
         NAMES,
+        b"\n",
         repeat("pose", len(poses.ids)),
         poses.ids,
         poses.run_ids,
@@ -76,8 +75,7 @@ def pose_lines(poses: PoseTable) -> bytes:
         poses.sources,
         poses.parts,
     )
-    lines.append(b"")
-    return b"\n".join(lines)
+    return rows + b"\n"
 
 
 def _image(image: ImageRecord) -> bytes:

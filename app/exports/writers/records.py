@@ -160,6 +160,10 @@ class Frame:
 class Source(Protocol):
     """The poses of one export, or of one part of a split."""
 
+    def __len__(self) -> int:
+        """Return how many there are."""
+        ...
+
     @property
     def parts(self) -> Sequence[str]:
         """The parts of a split, in order; empty without one."""

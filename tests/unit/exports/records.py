@@ -215,6 +215,9 @@ class Records:
         """Give the poses."""
         yield from self.all_poses
 
+    def __len__(self) -> int:
+        return len(self.all_poses)
+
     def lines(self, write: Lines) -> Iterator[bytes]:
         """Give what a writer makes of the poses, two at a time."""
         for first in range(0, len(self.all_poses), 2):
