@@ -1,9 +1,10 @@
 """What stands before every route, outermost first.
 
-A request gets an id and a line in the log; its answer gets the security headers, also when it is an
-error; then its Host and the size of its headers are checked; where too many are under way it is
-refused; its sender is identified, a forged one is refused, and its body may be so large and no
-larger. Plain ASGI middleware throughout: answers stream, and a client that leaves is noticed.
+A request gets an id and a line in the log; HEAD is answered as GET, without a body; an answer gets
+the security headers, also when it is an error; then its Host and the size of its headers are
+checked; where too many are under way it is refused; its sender is identified, a forged one is
+refused, and its body may be so large and no larger. Plain ASGI middleware throughout: answers
+stream, and a client that leaves is noticed.
 """
 
 from fastapi import FastAPI
@@ -17,6 +18,7 @@ from app.auth.same_origin import SameOrigin
 from app.auth.throttle import SignInThrottle
 from app.compression import CompressTexts
 from app.config import Settings, tile_origin
+from app.head_requests import AnswerHead
 from app.overload import BoundedRequests
 from app.problems import AnswerErrors
 
@@ -44,4 +46,5 @@ def protect(app: FastAPI, settings: Settings) -> None:
         https=settings.public_url.startswith("https://"),
         tile_origin=tile_origin(settings.map_tile_url),
     )
+    app.add_middleware(AnswerHead)
     app.add_middleware(AccessLog)

@@ -17,7 +17,9 @@ def driver_rows(session: Session, statement: sa.Select[Any]) -> Sequence[Any]:
     return rows
 
 
-def driver_parts(session: Session, statement: sa.Select[Any], size: int) -> Iterator[Sequence[Any]]:
+def driver_parts(
+    session: Session, statement: sa.Select[Any] | sa.CompoundSelect[Any], size: int
+) -> Iterator[Sequence[Any]]:
     """Give rows so many at a time, on SQLite the driver's own tuples.
 
     Postgres would send all at once unless it is asked for parts, and then the first are

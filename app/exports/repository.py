@@ -49,12 +49,13 @@ def hold_still(session: Session) -> None:
 
     On SQLite every reading transaction does. Postgres is told besides that rows by their keys are
     near: as it comes it believes in a disk with a needle, and reads whole tables for every batch.
-    Nor is it to start helpers for a batch: two processes are at work already.
+    Nor is it to start helpers or to compile queries for a batch: two processes are at work already.
     """
     if session.get_bind().dialect.name == "postgresql":
         session.connection(execution_options={"isolation_level": "REPEATABLE READ"})
         session.execute(sa.text("SET LOCAL random_page_cost = 1.1"))
         session.execute(sa.text("SET LOCAL max_parallel_workers_per_gather = 0"))
+        session.execute(sa.text("SET LOCAL jit = off"))
 
 
 def runs(session: Session, run_ids: Sequence[int]) -> Sequence[Run]:

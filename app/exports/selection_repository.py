@@ -18,12 +18,14 @@ from sqlalchemy.orm import Session
 
 from app.exports.driver_rows import driver_parts
 from app.exports.filters import UNGRADED, ExportFilters
+from app.exports.id_lists import among
 from app.exports.verdict_repository import counted_grade, pose_state, standing_review
 from app.tables.imagery import Image
 from app.tables.reviews import Correction, Review
 from app.tables.runs import Pose, RemovedPose, Run
 
 ROWS_AT_ONCE = 20_000
+IDS_AT_ONCE = 5000
 # A transaction that was under way then may have ended after what it wrote was dated.
 OVERLAP = timedelta(minutes=1)
 _BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)
@@ -64,44 +66,56 @@ class PoseSelection:
     ) -> None:
         self._filters = filters
         self._site_ids = site_ids
+        self._changed_ids: Ids | None = None
         self._conditions = [
             *_PRESENT,
             *_scope(filters, site_ids, Pose.__table__),
             *_conditions(filters, mmsi),
         ]
 
-    def statement(self) -> sa.Select[Any]:
-        """Return the query of ids, in order."""
-        source: Any = _JOINED
-        if self._filters.updated_since is not None:
-            changed = changed_since(self._filters.updated_since).subquery()
-            source = _JOINED.join(changed, changed.c.id == _poses.id)
-        return (
-            sa.select(_poses.id, _poses.image_id, _poses.run_id, _poses.mmsi)
-            .select_from(source)
-            .where(*self._conditions)
-            .order_by(_poses.id)
-        )
-
     def chosen(self, session: Session, at_most: int | None = None) -> Chosen:
         """Read which poses are selected, or the first of them."""
         values = array("q")
-        for some in driver_parts(session, self.statement().limit(at_most), ROWS_AT_ONCE):
-            values.extend(chain.from_iterable(some))
+        for statement in self._statements(session):
+            wanted = None if at_most is None else at_most - len(values) // 4
+            for some in driver_parts(session, statement.limit(wanted), ROWS_AT_ONCE):
+                values.extend(chain.from_iterable(some))
         columns = np.frombuffer(values, np.int64).reshape(-1, 4).T
         return Chosen(*map(np.ascontiguousarray, columns))
+
+    def _statements(self, session: Session) -> Iterator[sa.Select[Any]]:
+        """Give the queries of ids, in order: of what changed, or one of all."""
+        statement = (
+            sa.select(_poses.id, _poses.image_id, _poses.run_id, _poses.mmsi)
+            .select_from(_JOINED)
+            .where(*self._conditions)
+            .order_by(_poses.id)
+        )
+        if self._filters.updated_since is None:
+            yield statement
+            return
+        for some in self._changed(session):
+            yield statement.where(among(_poses.id, some))
+
+    def _changed(self, session: Session) -> Iterator[list[int]]:
+        """Give the ids of the poses that changed, in order, so many at a time."""
+        if self._filters.updated_since is None:
+            return
+        if self._changed_ids is None:
+            self._changed_ids = changed_since(session, self._filters.updated_since)
+        for start in range(0, len(self._changed_ids), IDS_AT_ONCE):
+            yield self._changed_ids[start : start + IDS_AT_ONCE].tolist()
 
     def gone(self, session: Session, chosen: Chosen) -> Iterator[int]:
         """Give the ids that changed and are not selected (any more), in order."""
         moment = self._filters.updated_since
         if moment is None:
             return
-        changed = changed_since(moment).subquery()
-        hidden = (
-            sa.select(_poses.id)
-            .select_from(_JOINED.join(changed, changed.c.id == _poses.id))
-            .where(*_scope(self._filters, self._site_ids, Pose.__table__))
-        )
+        scope = list(_scope(self._filters, self._site_ids, Pose.__table__))
+        hidden = sa.select(_poses.id).select_from(_JOINED).where(*scope)
+        ids = array("q")
+        for some in self._changed(session):
+            ids.extend(session.scalars(hidden.where(among(_poses.id, some))))
         removed = (
             sa.select(_removed.pose_id)
             .select_from(_REMOVED_JOINED)
@@ -110,21 +124,23 @@ class PoseSelection:
                 *_scope(self._filters, self._site_ids, RemovedPose.__table__),
             )
         )
-        ids = [*session.scalars(hidden), *session.scalars(removed)]
-        yield from np.setdiff1d(np.array(ids, np.int64), chosen.pose_ids).tolist()
+        ids.extend(session.scalars(removed))
+        yield from np.setdiff1d(np.frombuffer(ids, np.int64), chosen.pose_ids).tolist()
 
 
-def changed_since(moment: datetime) -> sa.CompoundSelect[Any]:
-    """Return the query of the poses that were made, judged, corrected or hidden since a moment.
+def changed_since(session: Session, moment: datetime) -> Ids:
+    """Return the poses that were made, judged, corrected or hidden since a moment, in order.
 
     A pose's line is made of nothing else that changes: box, match and registration stay.
 
-    Each of its parts is an index's range, so that it costs what changed and not what there is.
+    Each of the parts is an index's range, so that it costs what changed and not what there is.
+    Runs are looked up before: joined to their poses, databases rather read all poses.
     """
     since = _with_overlap(moment)
+    runs = session.scalars(sa.select(_runs.id).where(_runs.changed_at >= since)).all()
     of_review, of_correction = _reviews.pose_id.label("id"), _corrections.pose_id.label("id")
     of_pose = _poses.id.label("id")
-    return sa.union(
+    parts = [
         sa.select(of_pose).where(_poses.created_at >= since),
         sa.select(of_pose).where(_poses.changed_at >= since),
         sa.select(of_review).where(_reviews.created_at >= since),
@@ -135,10 +151,13 @@ def changed_since(moment: datetime) -> sa.CompoundSelect[Any]:
         sa.select(of_pose)
         .join(Image.__table__, _images.id == _poses.image_id)
         .where(_images.changed_at >= since),
-        sa.select(of_pose)
-        .join(Run.__table__, _runs.id == _poses.run_id)
-        .where(_runs.changed_at >= since),
-    )
+    ]
+    if runs:
+        parts.append(sa.select(of_pose).where(among(_poses.run_id, sorted(runs))))
+    found = array("q")
+    for some in driver_parts(session, sa.union_all(*parts), ROWS_AT_ONCE):
+        found.extend(chain.from_iterable(some))
+    return np.unique(np.frombuffer(found, np.int64))
 
 
 def _with_overlap(moment: datetime) -> datetime:

@@ -205,17 +205,24 @@ def test_a_pull_reads_indexes_and_scans_no_table(database: Database) -> None:
     if not database.is_sqlite:
         pytest.skip("plans of SQLite are stable; Postgres plans by its statistics")
     filters = ExportFilters(updated_since=datetime(2026, 1, 1, tzinfo=UTC))
-    statement = PoseSelection(filters, None, None).statement()
-    with database.engine.connect() as connection:
-        compiled = statement.compile(database.engine, compile_kwargs={"render_postcompile": True})
-        values = tuple(
-            value.replace(tzinfo=None).isoformat(" ") if isinstance(value, datetime) else value
-            for value in (compiled.params[name] for name in compiled.positiontup or ())
-        )
-        rows = connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {compiled}", values).all()
-    steps = [row[3] for row in rows]
+    asked: list[tuple[str, Any]] = []
+
+    def note(_connection: Any, _cursor: Any, statement: str, values: Any, *_: Any) -> None:
+        asked.append((statement, values))
+
+    with database.reading() as session:
+        connection = session.connection()
+        sa.event.listen(connection, "before_cursor_execute", note)
+        selection = PoseSelection(filters, None, None)
+        assert list(selection.gone(session, selection.chosen(session))) == []
+        sa.event.remove(connection, "before_cursor_execute", note)
+        steps = [
+            row[3]
+            for statement, values in asked
+            for row in connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {statement}", values)
+        ]
     tables = ("poses", "reviews", "corrections", "images", "runs")
     assert not {f"SCAN {table}" for table in tables} & {*steps}, steps
     wanted = ("ix_poses_created_at", "ix_poses_changed", "ix_reviews_created_at")
-    for index in (*wanted, "ix_reviews_words_at", "ix_images_changed"):
+    for index in (*wanted, "ix_reviews_words_at", "ix_images_changed", "ix_runs_changed"):
         assert any(index in step for step in steps), steps

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 import sqlalchemy as sa
+from httpx import Response
 from starlette.testclient import TestClient
 
 from app.auth.access import Scope
@@ -64,8 +65,16 @@ def test_an_export_is_asked_for_made_and_fetched(client: TestClient, run_id: int
     assert len(json.loads(file.content)["annotations"]) == 3
 
 
+def told(answer: Response) -> dict[str, str]:
+    """Return an answer's headers but for what differs each time."""
+    return {name: value for name, value in answer.headers.items() if name != "x-request-id"}
+
+
 def test_a_file_is_fetched_in_parts_and_once(client: TestClient, run_id: int, make: Make) -> None:
-    """Ranges give their bytes, known bytes are not sent again, impossible ranges are refused."""
+    """Ranges give their bytes, known bytes are not sent again, impossible ranges are refused.
+
+    HEAD tells all that GET tells, but the bytes.
+    """
     export_id = asked(client, filters={"run_id": run_id})
     make(export_id)
     url = f"{EXPORTS}/{export_id}/download"
@@ -82,6 +91,11 @@ def test_a_file_is_fetched_in_parts_and_once(client: TestClient, run_id: int, ma
         assert part.status_code == 206
         assert part.headers["content-range"] == f"bytes {first}-{last}/{size}"
         assert part.content == whole.content[first : last + 1]
+        head = client.head(url, headers={"Range": wanted})
+        assert (head.status_code, head.content, told(head)) == (206, b"", told(part))
+    for path in (url, f"{EXPORTS}/{export_id}", "/exports", f"{EXPORTS}/0"):
+        head, full = client.head(path), client.get(path)
+        assert (head.status_code, head.content, told(head)) == (full.status_code, b"", told(full))
     known = client.get(url, headers={"If-None-Match": etag})
     assert (known.status_code, known.content) == (304, b"")
     beyond = client.get(url, headers={"Range": f"bytes={size}-"})
