@@ -11,10 +11,10 @@ from app import __version__
 from app.domain.matching_table import LABELS, NOT_GIVEN, Result, RowName, matching_table
 from app.evaluation.published import PAPER_ROWS
 from app.exports import provenance_repository as repository
-from app.exports.driver_rows import moment_text
 from app.exports.filters import ExportFilters, ExportOptions, Split
 from app.exports.identities import REMAINS, Identities
 from app.exports.reading import Reading
+from app.exports.writers.stored_values import moment_text
 from app.tables.exports import Export
 from app.tables.runs import Run
 

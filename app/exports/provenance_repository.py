@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from app.exports.id_lists import among
 from app.exports.selection_repository import Ids
 from app.exports.verdict_repository import counted_grade, counted_reviews
+from app.exports.writers.stored_values import review_records
 from app.tables.ais import AisFile
 from app.tables.imagery import Image
 from app.tables.reviews import ImageCompletion, MissedVessel
@@ -106,7 +107,9 @@ def complete_verdicts(
     ).all()
     found: Counter[tuple[str, tuple[str, ...]]] = Counter()
     for start in range(0, len(ids), IDS_AT_ONCE):
-        reviews = counted_reviews(session, ids[start : start + IDS_AT_ONCE], "standing")
+        reviews = review_records(
+            counted_reviews(session, ids[start : start + IDS_AT_ONCE], "standing")
+        )
         found.update((review.grade, tuple(review.reasons)) for review in reviews.values())
     return found
 

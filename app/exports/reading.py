@@ -19,7 +19,7 @@ from app.exports.second_hand import SecondHand, cores
 from app.exports.selection_repository import Chosen, Ids
 from app.exports.truth_repository import boxes_drawn
 from app.exports.verdict_repository import counted_reviews
-from app.exports.writers.batches import Batch, Lines, PoseColumns, lines_of, put_right, records_of
+from app.exports.writers.batches import Batch, Lines, lines_of, put_right, records_of
 from app.exports.writers.records import (
     Frame,
     ImageRecord,
@@ -27,6 +27,7 @@ from app.exports.writers.records import (
     StateRecord,
     ViewRecord,
 )
+from app.exports.writers.stored_values import image_record
 from app.garbage import collection_paused
 
 POSES_AT_ONCE = 2000
@@ -88,12 +89,12 @@ class Reading:
         """Give the photographs, by id."""
         ids = self.image_ids
         site_of = self._sites_of_images(ids)
+        told = self._context.identities
         for start in range(0, len(ids), POSES_AT_ONCE):
             some = ids[start : start + POSES_AT_ONCE].tolist()
-            found = repository.images(self._context.session, some)
-            for number, image_id in enumerate(some, start=start + 1):
-                found[image_id].number = number
-                yield self._named(found[image_id], site_of(image_id))
+            rows = repository.images(self._context.session, some)
+            for number, row in enumerate(rows, start=start + 1):
+                yield image_record(row, number, told[site_of(row[0])])
 
     def poses(self) -> Iterator[PoseRecord]:
         """Give the poses, by id; when all are given, `grades` counts them."""
@@ -106,7 +107,7 @@ class Reading:
             for batch in self._batches():
                 yield lines_of(batch, write)
             return
-        with SecondHand(write) as hand:
+        with SecondHand(write, self._context.identities) as hand:
             yield from hand.written(self._batches())
 
     def _batches(self) -> Iterator[Batch]:
@@ -117,8 +118,10 @@ class Reading:
             images = np.unique(self.chosen.image_ids[start:end]).tolist()
             batch = self._batch(start, ids[start:end].tolist(), images)
             if batch is not None:
-                grades.update(review.grade for review in batch.reviews.values())
-                grades[None] += len(batch.columns.id) - len(batch.reviews)
+                # The first row of a pose counts: put in backwards, it is put in last.
+                graded = {row[0]: row[1] for row in reversed(batch.reviews)}
+                grades.update(graded.values())
+                grades[None] += len(batch.columns.id) - len(graded)
                 yield batch
             self._context.advanced(min(end, len(ids)))
         self.grades = grades
@@ -187,13 +190,7 @@ class Reading:
             columns = repository.pose_columns(context.session, pose_ids)
             if columns is None:
                 return None
-            run_of_image = dict(zip(columns.image_id, columns.run_id, strict=True))
-            images = repository.images(context.session, image_ids)
-            for image in images.values():
-                self._named(image, context.views[run_of_image[image.id]].site_id)
-            numbers = np.searchsorted(self.image_ids, image_ids)
-            for image_id, number in zip(image_ids, numbers.tolist(), strict=True):
-                images[image_id].number = number + 1
+            numbers = np.searchsorted(self.image_ids, image_ids) + 1
             parts = context.part_of and list(map(context.part_of, columns.image_id, columns.mmsi))
             if context.corrected:
                 columns = put_right(columns, repository.corrections(context.session, pose_ids))
@@ -201,26 +198,12 @@ class Reading:
                 first=first,
                 columns=columns,
                 views={run: context.views[run] for run in set(columns.run_id)},
-                images=images,
-                vessels=self._vessels(columns),
+                images=repository.images(context.session, image_ids),
+                numbers=numbers.tolist(),
                 reviews=counted_reviews(context.session, columns.id, context.verdict),
                 parts=parts,
+                told=context.identities,
             )
-
-    def _vessels(self, columns: PoseColumns) -> list[str]:
-        """Return what stands for each pose's vessel."""
-        pairs = list(zip(columns.run_id, columns.mmsi, strict=True))
-        context = self._context
-        told = {
-            (run, mmsi): context.identities[context.views[run].site_id].vessel(mmsi)
-            for run, mmsi in set(pairs)
-        }
-        return [told[pair] for pair in pairs]
-
-    def _named(self, image: ImageRecord, site_id: int) -> ImageRecord:
-        told = self._context.identities[site_id]
-        image.file_name = told.file_name(image.file_name, image.sha256)
-        return image
 
     def _sites_of_images(self, image_ids: Ids) -> Callable[[int], int]:
         """Return what tells a photograph's site; a run's photographs are of its site."""

@@ -10,10 +10,9 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
-from app.exports.driver_rows import driver_rows, moment_text
+from app.exports.driver_rows import driver_rows
 from app.exports.id_lists import among, near
 from app.exports.writers.batches import Corrected, PoseColumns
-from app.exports.writers.records import ImageRecord
 from app.stand_ins import FIRST_STAND_IN, STAND_INS
 from app.tables.ais import Vessel
 from app.tables.detection import Detection
@@ -21,7 +20,6 @@ from app.tables.imagery import Image
 from app.tables.reviews import Correction
 from app.tables.runs import Match, Pose, VesselStateRow
 
-SUFFIXES = {"image/jpeg": ".jpg", "image/png": ".png", "image/webp": ".webp", "image/tiff": ".tif"}
 _poses, _matches, _boxes, _states, _images = (
     each.__table__.c for each in (Pose, Match, Detection, VesselStateRow, Image)
 )
@@ -129,9 +127,9 @@ def _columns_of(
     return list(zip(*map(rows.__getitem__, ids), strict=True))
 
 
-def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]:
-    """Return photographs by id, under their own names."""
-    rows = driver_rows(
+def images(session: Session, image_ids: Sequence[int]) -> Sequence[Any]:
+    """Return rows of photographs by id (see `image_record`), under their own names."""
+    return driver_rows(
         session,
         sa.select(
             _images.id,
@@ -142,21 +140,10 @@ def images(session: Session, image_ids: Sequence[int]) -> dict[int, ImageRecord]
             _images.captured_at,
             _images.camera_id,
             _images.media_type,
-        ).where(among(_images.id, image_ids)),
-    )
-    return {
-        row[0]: ImageRecord(
-            row[0],
-            row[1],
-            row[2],
-            row[3],
-            row[4],
-            moment_text(row[5]),
-            row[6],
-            SUFFIXES.get(row[7], ""),
         )
-        for row in rows
-    }
+        .where(among(_images.id, image_ids))
+        .order_by(_images.id),
+    )
 
 
 def corrections(session: Session, pose_ids: Sequence[int]) -> dict[int, Corrected]:

@@ -1,7 +1,8 @@
 """A second process that writes poses while this one reads the next: two cores for one export.
 
 It gets batches on its standard input and answers each with its bytes, in order. It ends when its
-input does, so it never outlives whoever started it. It loads the writers alone, no database.
+input does, so it never outlives whoever started it. It loads the writers alone, no database; that
+records are made of rows here makes reading and writing about as much work.
 """
 
 import fcntl
@@ -11,14 +12,15 @@ import struct
 import subprocess
 import sys
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from queue import SimpleQueue
 from threading import Thread
 from typing import IO, Self
 
 from app.exports.writers.batches import Batch, Lines, lines_of
+from app.exports.writers.stored_values import Telling
 
 AHEAD = 2  # batches that the other process has at most: at one and not waiting for the next
 BEHIND = 6  # batches that are kept at most until one before them is made
@@ -44,7 +46,7 @@ class _Due:
 class SecondHand:
     """The other process, as long as the block lasts."""
 
-    def __init__(self, write: Lines) -> None:
+    def __init__(self, write: Lines, told: Mapping[int, Telling]) -> None:
         self._write = write
         self._process = subprocess.Popen(
             [sys.executable, "-m", "app.exports.second_hand"],
@@ -63,6 +65,7 @@ class SecondHand:
         # Answers are taken at any time: two that only wrote to each other would wait for ever.
         self._listener = Thread(target=self._listen, daemon=True)
         self._listener.start()
+        self._tell((write, told))
 
     def __enter__(self) -> Self:
         """Begin."""
@@ -99,7 +102,10 @@ class SecondHand:
 
     def _ask(self, one: "_Due") -> None:
         self._asked.append(one)
-        message = pickle.dumps((self._write, one.batch), pickle.HIGHEST_PROTOCOL)
+        self._tell(replace(one.batch, told={}))
+
+    def _tell(self, what: object) -> None:
+        message = pickle.dumps(what, pickle.HIGHEST_PROTOCOL)
         with suppress(BrokenPipeError):  # the listener notices
             _send(self._to, message)
 
@@ -162,11 +168,14 @@ def _received(stream: IO[bytes]) -> tuple[bool, bytes] | None:
 
 
 def main() -> None:
-    """Write what comes until nothing comes any more."""
+    """Write what comes until nothing comes any more; what is the same for all comes first."""
+    if (message := _received(sys.stdin.buffer)) is None:
+        return
+    write, told = pickle.loads(message[1])  # noqa: S301  from our own parent
     while (message := _received(sys.stdin.buffer)) is not None:
-        write, batch = pickle.loads(message[1])  # noqa: S301  from our own parent
+        batch = pickle.loads(message[1])  # noqa: S301  from our own parent
         try:
-            content, is_well = lines_of(batch, write), True
+            content, is_well = lines_of(replace(batch, told=told), write), True
         except ValueError as error:
             content, is_well = str(error).encode(), False
         try:

@@ -7,13 +7,11 @@ their grade, and which review is written beside a pose.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import orjson
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
-from app.exports.driver_rows import driver_rows, moment_text
+from app.exports.driver_rows import driver_rows
 from app.exports.id_lists import among
-from app.exports.writers.records import ReviewRecord
 from app.tables.reviews import Review
 
 _reviews = Review.__table__.c
@@ -48,11 +46,9 @@ def _counts(verdict: str) -> list[sa.ColumnElement[bool]]:
     return [_STANDS, sa.or_(_reviews.settles, ~differs)]
 
 
-def counted_reviews(
-    session: Session, pose_ids: Sequence[int], verdict: str
-) -> dict[int, ReviewRecord]:
-    """Return the reviews that count of some poses."""
-    rows = driver_rows(
+def counted_reviews(session: Session, pose_ids: Sequence[int], verdict: str) -> Sequence[Any]:
+    """Return rows of some poses' reviews (see `review_records`): of each the first counts."""
+    return driver_rows(
         session,
         sa.select(
             _reviews.pose_id,
@@ -64,13 +60,6 @@ def counted_reviews(
         .where(among(_reviews.pose_id, pose_ids), *_counts(verdict))
         .order_by(*_ORDERS[verdict]),
     )
-    found: dict[int, ReviewRecord] = {}
-    none: list[str] = []
-    for pose_id, grade, reasons, version, created_at in rows:
-        if pose_id not in found:
-            told = none if reasons == "[]" else orjson.loads(reasons)
-            found[pose_id] = ReviewRecord(grade, told, version, moment_text(created_at))
-    return found
 
 
 def pose_state(pose_id: sa.ColumnElement[int], state: str) -> sa.ColumnElement[bool]:

@@ -5,16 +5,15 @@ read (see `app.exports.second_hand`).
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
-from itertools import starmap
-from operator import attrgetter
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import orjson
 
 from app.domain.rotations import matrices_from_rotvecs
 from app.exports.writers.pose_table import PoseTable
-from app.exports.writers.records import ImageRecord, PoseRecord, ReviewRecord, ViewRecord
+from app.exports.writers.records import ImageRecord, PoseRecord, ViewRecord
+from app.exports.writers.stored_values import Telling, image_record, review_records
 from app.garbage import collection_paused
 
 # Writes poses: pure, and known by its name.
@@ -30,9 +29,6 @@ _SHAPES = (
     + b"." * 128
 )
 _LARGE_SHAPE = b" " + b"0" * 17
-_IMAGE_FIELDS, _REVIEW_FIELDS = (
-    attrgetter(*(field.name for field in fields(each))) for each in (ImageRecord, ReviewRecord)
-)
 
 
 class PoseColumns(NamedTuple):
@@ -92,50 +88,20 @@ class Corrected(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Poses and what belongs to them: cameras by run, photographs, verdicts by pose."""
+    """Poses and what belongs to them: cameras by run, rows of photographs and of verdicts.
+
+    The photographs' numbers are in the order of their rows. `told` says by site what stands for
+    vessels; it is the same for all batches, and another process has it already.
+    """
 
     first: int
     columns: PoseColumns
     views: Mapping[int, ViewRecord]
-    images: Mapping[int, ImageRecord]
-    vessels: Sequence[str]
-    reviews: Mapping[int, ReviewRecord]
+    images: Sequence[Any]
+    numbers: Sequence[int]
+    reviews: Sequence[Any]
     parts: Sequence[str] | None
-
-    def __reduce__(self) -> tuple[object, ...]:
-        """Go to another process as plain values, which takes half the time of records."""
-        images, reviews = self.images.values(), self.reviews.values()
-        return _received, (
-            self.first,
-            tuple(self.columns),
-            self.views,
-            list(map(_IMAGE_FIELDS, images)),
-            self.vessels,
-            list(self.reviews),
-            list(map(_REVIEW_FIELDS, reviews)),
-            self.parts,
-        )
-
-
-def _received(
-    first: int,
-    columns: Sequence[Any],
-    views: Mapping[int, ViewRecord],
-    images: Sequence[tuple[Any, ...]],
-    vessels: Sequence[str],
-    reviewed: Sequence[int],
-    reviews: Sequence[tuple[Any, ...]],
-    parts: Sequence[str] | None,
-) -> Batch:
-    return Batch(
-        first=first,
-        columns=PoseColumns(*columns),
-        views=views,
-        images={image[0]: ImageRecord(*image) for image in images},
-        vessels=vessels,
-        reviews=dict(zip(reviewed, starmap(ReviewRecord, reviews), strict=True)),
-        parts=parts,
-    )
+    told: Mapping[int, Telling]
 
 
 def put_right(columns: PoseColumns, corrections: Mapping[int, Corrected]) -> PoseColumns:
@@ -173,14 +139,15 @@ def table_of(batch: Batch) -> PoseTable:
         raise ValueError(f"a pose from {of.id[0]} to {of.id[-1]} has no whole rotation")
     registrations = {run: view.registration_id for run, view in batch.views.items()}
     viewports = {run: view.viewport_id for run, view in batch.views.items()}
+    images, reviews = _images(batch), review_records(batch.reviews)
     return PoseTable(
         first=batch.first,
         ids=of.id,
         run_ids=of.run_id,
         registration_ids=[registrations[run] for run in of.run_id],
         viewport_ids=[viewports[run] for run in of.run_id],
-        images=[batch.images[image] for image in of.image_id],
-        vessels=batch.vessels,
+        images=[images[image] for image in of.image_id],
+        vessels=_vessels(batch),
         boxes_px=list(zip(of.x1_px, of.y1_px, of.x2_px, of.y2_px, strict=True)),
         scores=of.score,
         costs=of.cost,
@@ -202,10 +169,26 @@ def table_of(batch: Batch) -> PoseTable:
         heading_sigmas_deg=of.heading_sigma_deg,
         height_sigmas_m=of.height_sigma_m,
         flags=parsed(of.flags),
-        reviews=list(map(batch.reviews.get, of.id)),
+        reviews=list(map(reviews.get, of.id)),
         sources=[_SOURCES.get(by, str(by)) for by in of.person_made],
         parts=[None] * len(of.id) if batch.parts is None else batch.parts,
     )
+
+
+def _images(batch: Batch) -> dict[int, ImageRecord]:
+    run_of_image = dict(zip(batch.columns.image_id, batch.columns.run_id, strict=True))
+    told = {image: batch.told[batch.views[run].site_id] for image, run in run_of_image.items()}
+    rows = zip(batch.images, batch.numbers, strict=True)
+    return {row[0]: image_record(row, number, told[row[0]]) for row, number in rows}
+
+
+def _vessels(batch: Batch) -> list[str]:
+    """Return what stands for each pose's vessel."""
+    pairs = list(zip(batch.columns.run_id, batch.columns.mmsi, strict=True))
+    stands = {
+        (run, mmsi): batch.told[batch.views[run].site_id].vessel(mmsi) for run, mmsi in set(pairs)
+    }
+    return [stands[pair] for pair in pairs]
 
 
 def records_of(batch: Batch) -> list[PoseRecord]:
