@@ -14,7 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.domain.clock_offset import OffsetEstimate, OffsetSettings, TimedImage
+from app.domain.clock_offset import OffsetEstimate, OffsetSettings
+from app.domain.clock_sight import TimedImage
 from app.domain.vessel_path import VesselPath, vessel_path
 from app.domain.zone_offset import ZoneSettings, find_offset
 from app.simulation.harbour import Harbour, make_harbour

@@ -13,8 +13,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from app.domain.arrays import FloatArray, frozen_array
+from app.domain.arrays import BoolArray, FloatArray, frozen_array
 from app.domain.distortion import distort, undistort
+
+_STEEPEST = 1e6  # x / z: all that is ahead
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +51,19 @@ class Intrinsics:
     def principal_point_px(self) -> FloatArray:
         """Principal point (cx, cy), pixels."""
         return frozen_array("principal_point_px", [self.K[0, 2], self.K[1, 2]], (2,))
+
+    @cached_property
+    def side_slopes(self) -> tuple[float, float]:
+        """Least and greatest x / z that the picture's sides show; a million where unknown."""
+        rows = np.linspace(-0.5, self.height_px - 0.5, 9)
+        found = []
+        for column, worst in ((-0.5, -_STEEPEST), (self.width_px - 0.5, _STEEPEST)):
+            border = np.column_stack([np.full_like(rows, column), rows])
+            shown = (border - self.principal_point_px) / self.focal_px
+            x = undistort(self.distortion, shown)[:, 0]
+            extreme = x.min() if worst < 0 else x.max()
+            found.append(float(worst if np.isnan(x).any() else extreme))
+        return found[0], found[1]
 
     @cached_property
     def is_distorted(self) -> bool:
@@ -116,6 +131,23 @@ class Camera:
         pixels = ideal * intrinsics.focal_px.reshape(each)
         pixels += intrinsics.principal_point_px.reshape(each)
         return pixels
+
+    def may_show(self, points_in_world: npt.ArrayLike, radius_m: float) -> BoolArray:
+        """Whether balls around world points (n, 3) may reach into the picture's width, (n,).
+
+        Quick, and never False for one that does: for leaving out most of what is elsewhere.
+        """
+        aside_m, _, ahead_m = self.to_cam(points_in_world).T
+        left, right = self.intrinsics.side_slopes
+        # Of a ball's points, those farther ahead may be seen where a side opens outwards.
+        leftmost_m = left * ahead_m - abs(left) * radius_m
+        rightmost_m = right * ahead_m + abs(right) * radius_m
+        inside: BoolArray = (
+            (ahead_m + radius_m > 0)
+            & (aside_m + radius_m >= leftmost_m)
+            & (aside_m - radius_m <= rightmost_m)
+        )
+        return inside
 
     def rays(self, pixels_px: npt.ArrayLike) -> FloatArray:
         """Give the lines of sight of pixels (n, 2) as unit directions (n, 3) in the world frame.

@@ -12,39 +12,28 @@ vessel counts as one witness. Moored vessels say nothing and take part in neithe
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from app.domain.arrays import FloatArray
 from app.domain.borders import cut_edges
-from app.domain.camera import Camera
+from app.domain.clock_sight import TimedImage, scores, sights
 from app.domain.detection import Detection
 from app.domain.vessel_path import VesselPath
 
-# How unlike a detection and its vessel's rectangle are, one sigma: shares of the box and image.
-_CENTRE_OF_WIDTH = 0.2
-_BOTTOM_OF_HEIGHT = 0.03
-_LOG_WIDTH = 0.4
-_EXPLAINED = 50.0  # a perfect pair is this much likelier than clutter
-_PAIR_LIMIT = 9.0  # squared unlikeness up to which a pair is one: three sigma
 # Of one vessel's time residuals: what its boxes and its antenna add.
 _BOX_CENTRE_OF_WIDTH = 0.06
 _BOX_CENTRE_PX = 3.0
 _ANTENNA_SIGMA_M = 4.0
-_LEAST_SPEED_MPS = 1.0  # slower vessels are no clocks
+_LEAST_SPEED_MPS = 0.2  # slower vessels are no clocks
 _HUBER = 1.5
+_NEAR_S, _FAR_S = 10.0, 60.0  # large and slow vessels look alike some seconds away, not a minute
+_UNCLEAR = "no offset explains the images clearly better than others"
 _HARMLESS_S = 2.0
+_FEWEST_IMAGES = 3  # that say by themselves that a clock was set
+_OTHER_SHARE = 0.1  # of all that is explained, must be by another offset to be one
 _LEAST_MATCHED_SHARE = 0.25  # for matches to be believed without a search
-
-
-@dataclass(frozen=True, slots=True)
-class TimedImage:
-    """What was detected on an image, whose clock said `clock_s` (seconds from any moment)."""
-
-    clock_s: float
-    camera: Camera
-    water_level_m: float
-    detections: Sequence[Detection]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +44,9 @@ class OffsetSettings:
     step_s: float = 2.0
     least_vessels: int = 3
     least_gain: float = 12.0  # of log likelihood, over every offset elsewhere
+    # One of both, over those a minute away: in dense traffic vessels fall into place by chance.
+    least_gain_per_vessel: float = 2.0
+    least_gain_of_rival: float = 0.15
     least_offset_s: float = 1.0  # a smaller one is not worth a change
 
     def __post_init__(self) -> None:
@@ -97,12 +89,25 @@ class OffsetEstimate:
 
 @dataclass(frozen=True, slots=True)
 class TimedPair:
-    """A detection and the vessel it shows at a trial offset: how late it seems to be."""
+    """A detection and the vessel it shows at a trial offset: how late it seems to be.
+
+    `across_mps` is how fast it crosses the line of sight: what its antenna is off by weighs less on
+    a fast one.
+    """
 
     vessel: int
     late_s: float
     box_sigma_s: float
-    speed_mps: float
+    across_mps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Images `first` up to `last` (not itself) of those given, and what they say of the clock."""
+
+    first: int
+    last: int
+    estimate: OffsetEstimate
 
 
 def estimate_offset(
@@ -111,21 +116,80 @@ def estimate_offset(
     """Estimate one clock offset from all images of a time in which the clock was not set.
 
     `paths` stand in the same world frame as the cameras, their times on the same scale as
-    `clock_s`.
+    `clock_s`. Where some of the images tell another offset than the others, none is known.
     """
-    images = [usable for image in images if (usable := _without_cut_boxes(image)).detections]
-    grid_s = np.arange(-settings.search_s, settings.search_s + 1e-9, settings.step_s)
-    score = _scores(images, paths, grid_s)
-    best = int(score.argmax()) if images else 0
+    images = [_without_cut_boxes(image) for image in images]
+    grid_s = _grid_s(settings)
+    return _estimated(images, paths, settings, scores(images, paths, grid_s))
+
+
+def estimate_parts(
+    images: Sequence[TimedImage], paths: Sequence[VesselPath], settings: OffsetSettings
+) -> list[Part]:
+    """Estimate an offset for each time between which the clock was set; images in their order.
+
+    One part for all images where nothing says that it was.
+    """
+    images = [_without_cut_boxes(image) for image in images]
+    by_image = scores(images, paths, _grid_s(settings))
+    edges = [0, *sorted(_changes(by_image, settings, 0)), len(images)]
+    parts = [
+        Part(first, last, _estimated(images[first:last], paths, settings, by_image[first:last]))
+        for first, last in pairwise(edges)
+    ]
+    if len(parts) > 1 and any(part.estimate.is_known for part in parts):
+        return parts
+    return [Part(0, len(images), _estimated(images, paths, settings, by_image))]
+
+
+def _grid_s(settings: OffsetSettings) -> FloatArray:
+    return np.arange(-settings.search_s, settings.search_s + 1e-9, settings.step_s)
+
+
+def _changes(by_image: FloatArray, settings: OffsetSettings, first: int) -> list[int]:
+    """Return before which images (numbers from `first`) the clock was set.
+
+    There two offsets, one up to a moment and another from then on, explain clearly more than one.
+    """
+    if len(by_image) < 2 * _FEWEST_IMAGES:
+        return []
+    grid_s = _grid_s(settings)
+    earlier = np.cumsum(by_image, axis=0)[:-1]
+    later = by_image.sum(axis=0) - earlier
+    gain = earlier.max(axis=1) + later.max(axis=1) - by_image.sum(axis=0).max()
+    apart_s = np.abs(grid_s[earlier.argmax(axis=1)] - grid_s[later.argmax(axis=1)])
+    gain[apart_s <= 2 * settings.step_s] = 0.0
+    gain[: _FEWEST_IMAGES - 1] = gain[len(gain) - _FEWEST_IMAGES + 1 :] = 0.0
+    if gain.max() < settings.least_gain:
+        return []
+    at = int(gain.argmax()) + 1
+    return [
+        *_changes(by_image[:at], settings, first),
+        first + at,
+        *_changes(by_image[at:], settings, first + at),
+    ]
+
+
+def _estimated(
+    images: Sequence[TimedImage],
+    paths: Sequence[VesselPath],
+    settings: OffsetSettings,
+    by_image: FloatArray,
+) -> OffsetEstimate:
+    """Estimate one offset; `by_image` are the scores of each image at each offset of the grid."""
+    grid_s, score = _grid_s(settings), by_image.sum(axis=0)
+    best = int(score.argmax())
     start_s = float(grid_s[best])
     fine_s = start_s + np.arange(-settings.step_s, settings.step_s + 1e-9, settings.step_s / 8)
-    offset_s = float(fine_s[_scores(images, paths, fine_s).argmax()]) if images else 0.0
-    elsewhere = np.abs(grid_s - start_s) > max(10.0, 2 * settings.step_s)
-    gain = float(score[best] - score[elsewhere].max()) if elsewhere.any() and images else 0.0
+    offset_s = float(fine_s[scores(images, paths, fine_s).sum(axis=0).argmax()])
+    gain, far_gain = (
+        float(score[best] - score[np.abs(grid_s - start_s) > away_s].max(initial=0.0))
+        for away_s in (max(_NEAR_S, 2 * settings.step_s), _FAR_S)
+    )
     pairs: list[TimedPair] = []
     sigma_s = float("inf")
     for _ in range(4):
-        pairs = [pair for image in images for pair in _pairs(image, paths, offset_s)]
+        pairs = _pairs(images, paths, offset_s)
         change_s, sigma_s = _joined(pairs)
         offset_s += change_s
     half_s = 1.96 * sigma_s
@@ -133,27 +197,49 @@ def estimate_offset(
         offset_s=offset_s,
         low_s=offset_s - half_s,
         high_s=offset_s + half_s,
-        image_count=len(images),
+        image_count=sum(bool(image.detections) for image in images),
         vessel_count=len({pair.vessel for pair in pairs}),
         pair_count=len(pairs),
         detection_count=sum(len(image.detections) for image in images),
-        score=float(score[best]) if images else 0.0,
+        score=float(score[best]),
         gain=gain,
         is_known=False,
         is_off=False,
         message="",
     )
-    return _judged(estimate, settings)
+    by_vessels = settings.least_gain_per_vessel * estimate.vessel_count
+    by_rival = settings.least_gain_of_rival * (estimate.score - far_gain)
+    is_clear = far_gain >= min(by_vessels, by_rival)
+    if not is_clear and estimate.vessel_count >= settings.least_vessels:
+        return replace(estimate, message=_UNCLEAR)
+    return _judged(estimate, settings, _other_s(by_image, best, settings))
 
 
-def _judged(estimate: OffsetEstimate, settings: OffsetSettings) -> OffsetEstimate:
+def _other_s(by_image: FloatArray, best: int, settings: OffsetSettings) -> float | None:
+    """Return another offset that explains images which the best one does not; None without one."""
+    gain = np.maximum(by_image - by_image[:, [best]], 0.0).sum(axis=0)
+    grid_s = _grid_s(settings)
+    gain[np.abs(grid_s - grid_s[best]) <= 2 * settings.step_s] = 0.0
+    is_clear = gain.max() >= max(settings.least_gain, _OTHER_SHARE * by_image[:, best].sum())
+    return float(grid_s[gain.argmax()]) if is_clear else None
+
+
+def _judged(
+    estimate: OffsetEstimate, settings: OffsetSettings, other_s: float | None
+) -> OffsetEstimate:
     """Say whether an estimate is known and off, and why."""
     vessels, offset_s = estimate.vessel_count, estimate.offset_s
     if vessels < settings.least_vessels:
         few = f"only {vessels} moving vessels agree; at least {settings.least_vessels} are needed"
         return replace(estimate, message=few)
+    if other_s is not None:
+        two = (
+            f"some images say {offset_s:+.0f} s and others {other_s:+.0f} s: two clocks, "
+            "or one that was set; ask for a shorter time"
+        )
+        return replace(estimate, message=two)
     if estimate.gain < settings.least_gain:
-        return replace(estimate, message="no offset explains the images clearly better than others")
+        return replace(estimate, message=_UNCLEAR)
     known = replace(estimate, is_known=True)
     off = abs(offset_s) >= settings.least_offset_s and not known.low_s <= 0 <= known.high_s
     if not off:
@@ -169,78 +255,36 @@ def _without_cut_boxes(image: TimedImage) -> TimedImage:
     return replace(image, detections=whole)
 
 
-def _scores(
-    images: Sequence[TimedImage], paths: Sequence[VesselPath], offsets_s: FloatArray
-) -> FloatArray:
-    """Log likelihood (n,) of all detections at each offset, against that of clutter alone."""
-    total = np.zeros(len(offsets_s))
-    for image in images:
-        explained = np.full((len(offsets_s), len(image.detections)), np.inf)
-        for path in paths:
-            rectangles = path.rectangles_px(
-                image.camera, image.water_level_m, image.clock_s + offsets_s
-            )
-            np.minimum(explained, _unlikeness(image, rectangles), out=explained)
-        total += np.log1p(_EXPLAINED * np.exp(-explained / 2)).sum(axis=1)
-    return total
-
-
-def _unlikeness(image: TimedImage, rectangles: FloatArray) -> FloatArray:
-    """Squared unlikeness (n, detections) of rectangles (n, 4), infinite where there is none."""
-    boxes = np.array([(d.x1_px, d.y1_px, d.x2_px, d.y2_px) for d in image.detections])
-    inner = image.camera.intrinsics
-    width = boxes[:, 2] - boxes[:, 0]
-    centre_sigma = _CENTRE_OF_WIDTH * width + 0.005 * inner.width_px
-    with np.errstate(invalid="ignore", divide="ignore"):
-        centre = (rectangles[:, 0] + rectangles[:, 2])[:, None] / 2 - (boxes[:, 0] + width / 2)
-        bottom = rectangles[:, 3, None] - boxes[:, 3]
-        wider = np.log(np.maximum(rectangles[:, 2] - rectangles[:, 0], 1e-6)[:, None] / width)
-        squared = (
-            (centre / centre_sigma) ** 2
-            + (bottom / (_BOTTOM_OF_HEIGHT * inner.height_px)) ** 2
-            + (wider / _LOG_WIDTH) ** 2
+def _pairs(
+    images: Sequence[TimedImage], paths: Sequence[VesselPath], offset_s: float
+) -> list[TimedPair]:
+    """Return how late vessels seem to be at an offset, where their boxes can tell."""
+    pairs = (
+        timed_pair(
+            sight.box,
+            sight.centre_px,
+            sight.px_per_s,
+            sight.vessel,
+            sight.px_per_m,
         )
-    return np.where(np.isnan(squared), np.inf, squared)
-
-
-def _pairs(image: TimedImage, paths: Sequence[VesselPath], offset_s: float) -> list[TimedPair]:
-    """Pair detections and vessels at an offset, best first; keep those that can tell the time."""
-    moments = image.clock_s + offset_s + np.array([-1.0, 0.0, 1.0])
-    rectangles = [path.rectangles_px(image.camera, image.water_level_m, moments) for path in paths]
-    costs = np.array([_unlikeness(image, there[1:2])[0] for there in rectangles]).reshape(
-        len(paths), len(image.detections)
+        for sight in sights(images, paths, offset_s)
     )
-    pairs = []
-    while costs.size and costs.min() < _PAIR_LIMIT:
-        vessel, detection = (int(index) for index in np.unravel_index(costs.argmin(), costs.shape))
-        costs[vessel, :] = costs[:, detection] = np.inf
-        pair = _timed(image.detections[detection], rectangles[vessel], vessel, paths[vessel])
-        if pair is not None:
-            pairs.append(pair)
-    return pairs
-
-
-def _timed(
-    box: Detection, rectangles: FloatArray, vessel: int, path: VesselPath
-) -> TimedPair | None:
-    """Return how much later than assumed a vessel was where its box is; None if it cannot tell."""
-    centres = (rectangles[:, 0] + rectangles[:, 2]) / 2
-    px_per_s = float(centres[2] - centres[0]) / 2
-    return timed_pair(box, float(centres[1]), px_per_s, vessel, path.mean_speed_mps)
+    return [pair for pair in pairs if pair is not None]
 
 
 def timed_pair(
-    box: Detection, centre_px: float, px_per_s: float, vessel: int, speed_mps: float
+    box: Detection, centre_px: float, px_per_s: float, vessel: int, px_per_m: float
 ) -> TimedPair | None:
     """Return how late a vessel is that AIS puts at `centre_px`; None if it cannot tell.
 
-    It moves by `px_per_s` across the picture: too slow, or unknown (NaN), says nothing.
+    It moves by `px_per_s` across the picture: too slow, or unknown (NaN), says nothing. A metre
+    there is `px_per_m`.
     """
     box_sigma_px = _BOX_CENTRE_OF_WIDTH * (box.x2_px - box.x1_px) + _BOX_CENTRE_PX
     if not np.isfinite(px_per_s) or abs(px_per_s) * 5.0 < box_sigma_px:
         return None
     late_s = ((box.x1_px + box.x2_px) / 2 - centre_px) / px_per_s
-    return TimedPair(vessel, late_s, box_sigma_px / abs(px_per_s), speed_mps)
+    return TimedPair(vessel, late_s, box_sigma_px / abs(px_per_s), abs(px_per_s) / px_per_m)
 
 
 def matches_agree(
@@ -283,5 +327,6 @@ def _witness(pairs: Sequence[TimedPair]) -> tuple[float, float]:
     """Return a vessel's median residual and its sigma: boxes average out, the antenna does not."""
     late_s = float(np.median([pair.late_s for pair in pairs]))
     box_s = float(np.median([pair.box_sigma_s for pair in pairs])) / np.sqrt(len(pairs))
-    antenna_s = _ANTENNA_SIGMA_M / max(pairs[0].speed_mps, _LEAST_SPEED_MPS)
+    across_mps = float(np.median([pair.across_mps for pair in pairs]))
+    antenna_s = _ANTENNA_SIGMA_M / max(across_mps, _LEAST_SPEED_MPS)
     return late_s, float(np.hypot(box_s, antenna_s))

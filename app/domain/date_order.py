@@ -37,8 +37,8 @@ def is_unsure(text: str) -> bool:
     return (
         match is not None
         and match[2] != "."
-        and int(match[1]) != int(match[3])
         and told_order(text) is None
+        and int(match[1]) != int(match[3])
     )
 
 

@@ -131,8 +131,8 @@ class CellReader:
                     datetime.fromisoformat(text.removesuffix("UTC").rstrip().replace("/", "-"))
                 )
             if self._format is TimeFormat.COMPACT:
-                return self._in_utc(_compact(text))
-            return self._in_utc(_date(text, day_first=self._format is TimeFormat.DAY_FIRST))
+                return self._in_utc(read_compact(text))
+            return self._in_utc(read_date(text, day_first=self._format is TimeFormat.DAY_FIRST))
         except (ValueError, OverflowError):
             return None
 
@@ -147,7 +147,8 @@ def within(value: float | None, end: float) -> float | None:
     return value if value is not None and 0 <= value < end else None
 
 
-def _date(text: str, *, day_first: bool) -> datetime:
+def read_date(text: str, *, day_first: bool) -> datetime:
+    """Return a date such as 31/05/2024 1:02:03 PM, naive without a zone. Raises ValueError."""
     match = _DATE.fullmatch(text)
     if match is None:
         raise ValueError(text)
@@ -178,7 +179,8 @@ def _zone(utc: str | None, hours: str | None, minutes: str | None) -> tzinfo | N
     return timezone(-offset if hours.startswith("-") else offset)
 
 
-def _compact(text: str) -> datetime:
+def read_compact(text: str) -> datetime:
+    """Return a date such as 20240531T010203, naive without a zone. Raises ValueError."""
     match = _COMPACT.fullmatch(text)
     if match is None:
         raise ValueError(text)

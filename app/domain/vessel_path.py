@@ -8,17 +8,19 @@ lines, and the rectangle that the hull covers of a picture is found for all mome
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from app.domain.ais import PositionReport, StaticReport
-from app.domain.arrays import FloatArray
+from app.domain.arrays import BoolArray, FloatArray
 from app.domain.camera import Camera
 from app.domain.geodesy import EnuFrame
 from app.domain.vessel_statics import statics_at
 
 LONGEST_GAP_S = 200.0  # between two reports that one movement is drawn through
+_LONGEST_REST_S = 1200.0  # moored ships report every 3 min, and not all reports are heard
+_AT_REST_M = 30.0
 _LEAST_COURSE_KN = 1.0
 
 
@@ -37,30 +39,21 @@ class VesselPath:
     hull_m: FloatArray
     level_m: float
 
-    @property
-    def mean_speed_mps(self) -> float:
-        """Way made good over the time it was heard, m/s."""
-        steps = np.linalg.norm(np.diff(self.antenna_in_world, axis=0), axis=1)
-        span_s = float(self.times_s[-1] - self.times_s[0])
-        return float(steps.sum()) / span_s if span_s > 0 else 0.0
-
     def rectangles_px(
-        self, camera: Camera, water_level_m: float, moments_s: FloatArray
+        self, camera: Camera, water_level_m: FloatArray | float, moments_s: FloatArray
     ) -> FloatArray:
         """Return the enclosing rectangles (n, 4) x1 y1 x2 y2 of the hull's water-level plane.
 
-        NaN rows where the vessel is not known at the moment or has no projection.
+        `water_level_m` is one or (n,). NaN rows where the vessel is not known at the moment, has
+        no projection, or lies beside the picture.
         """
-        known = self._is_known(moments_s)
         rectangles = np.full((len(moments_s), 4), np.nan)
-        if not known.any():
-            return rectangles
-        at_s = moments_s[known]
-        antenna = np.column_stack(
-            [np.interp(at_s, self.times_s, axis) for axis in self.antenna_in_world.T]
-        )
-        antenna[:, 2] += water_level_m - self.level_m
-        heading = np.radians(np.interp(at_s, self.times_s, self.headings_deg))
+        rows = np.flatnonzero(self._is_known(moments_s))
+        level_m = np.broadcast_to(water_level_m, moments_s.shape)
+        antenna = self._antenna_at(moments_s[rows], level_m[rows])
+        is_near = camera.may_show(antenna, float(np.linalg.norm(self.hull_m, axis=1).max()))
+        rows, antenna = rows[is_near], antenna[is_near]
+        heading = np.radians(np.interp(moments_s[rows], self.times_s, self.headings_deg))
         forward = np.column_stack([np.sin(heading), np.cos(heading)])
         port = np.column_stack([-np.cos(heading), np.sin(heading)])
         corners = np.repeat(antenna[:, None, :], 4, axis=1)
@@ -69,16 +62,40 @@ class VesselPath:
             + self.hull_m[None, :, 1:] * port[:, None, :]
         )
         pixels = camera.project(corners.reshape(-1, 3)).reshape(-1, 4, 2)
-        rectangles[known] = np.hstack([pixels.min(axis=1), pixels.max(axis=1)])
+        rectangles[rows] = np.hstack([pixels.min(axis=1), pixels.max(axis=1)])
         return rectangles
 
-    def _is_known(self, moments_s: FloatArray) -> npt.NDArray[np.bool_]:
+    def px_per_m(
+        self, camera: Camera, water_level_m: FloatArray | float, moments_s: FloatArray
+    ) -> FloatArray:
+        """Return how many pixels a metre across the line of sight is where the vessel is, (n,)."""
+        level_m = np.broadcast_to(water_level_m, moments_s.shape)
+        ahead_m = camera.to_cam(self._antenna_at(moments_s, level_m))[:, 2]
+        scale: FloatArray = camera.intrinsics.focal_px[0] / np.maximum(ahead_m, 1.0)
+        return scale
+
+    def _antenna_at(self, moments_s: FloatArray, level_m: FloatArray) -> FloatArray:
+        antenna = np.column_stack(
+            [np.interp(moments_s, self.times_s, axis) for axis in self.antenna_in_world.T]
+        )
+        antenna[:, 2] += level_m - self.level_m
+        return antenna
+
+    def _is_known(self, moments_s: FloatArray) -> BoolArray:
         after = np.searchsorted(self.times_s, moments_s)
         inside = (after > 0) & (after < len(self.times_s))
-        last = len(self.times_s) - 1
-        gap_s = self.times_s[np.clip(after, 0, last)] - self.times_s[np.clip(after - 1, 0, last)]
-        known: npt.NDArray[np.bool_] = inside & (gap_s <= LONGEST_GAP_S)
+        known: BoolArray = inside & self._is_bridged[np.clip(after, 1, len(self.times_s) - 1) - 1]
         return known
+
+    @cached_property
+    def _is_bridged(self) -> BoolArray:
+        """Between which reports (n - 1,) a movement is drawn: none, if the vessel lay still."""
+        gap_s = np.diff(self.times_s)
+        way_m = np.linalg.norm(np.diff(self.antenna_in_world, axis=0), axis=1)
+        bridged: BoolArray = (gap_s <= LONGEST_GAP_S) | (
+            (gap_s <= _LONGEST_REST_S) & (way_m <= _AT_REST_M)
+        )
+        return bridged
 
 
 def vessel_path(

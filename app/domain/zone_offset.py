@@ -9,7 +9,8 @@ more vessels have to agree, on more of what was detected, and more clearly than 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from app.domain.clock_offset import OffsetEstimate, OffsetSettings, TimedImage, estimate_offset
+from app.domain.clock_offset import OffsetEstimate, OffsetSettings, estimate_offset
+from app.domain.clock_sight import TimedImage
 from app.domain.vessel_path import VesselPath
 
 HALF_HOUR_S = 1800.0

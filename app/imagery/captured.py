@@ -30,7 +30,7 @@ def captured_at(
     if exif is not None and exif.year > 1990:
         return in_zone(exif, timezone, "captured_at"), CaptureTimeSource.EXIF
     by_name = from_file_name(file_name, pattern)
-    if by_name is not None:
+    if by_name is not None and by_name.year > 1990:
         return in_zone(by_name, timezone, "captured_at"), CaptureTimeSource.FILE_NAME
     raise Invalid.field(
         "captured_at",

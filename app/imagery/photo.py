@@ -16,11 +16,12 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import simplejpeg
-from PIL import ExifTags, Image, UnidentifiedImageError
+from PIL import Image, UnidentifiedImageError
 
 from app import archives
 from app.errors import Invalid, TooLarge, UnsupportedMedia
 from app.imagery import upright
+from app.imagery.exif_time import taken
 
 MEDIA_TYPES = {
     "JPEG": "image/jpeg",
@@ -42,7 +43,7 @@ BROKEN = (OSError, SyntaxError, ValueError, struct.error, EOFError, IndexError, 
 class Photo:
     """A photograph's header: media type, upright size in px, and the moment its EXIF tells.
 
-    `exif_taken_at` is naive where EXIF names no offset.
+    `exif_taken_at` is naive where EXIF tells no zone.
     """
 
     media_type: str
@@ -62,7 +63,7 @@ def inspect(data: bytes, max_pixels: int) -> Photo:
             width_px, height_px = picture.size
             media_type = MEDIA_TYPES[str(picture.format)]
             _refuse_too_many_pixels(width_px, height_px, max_pixels)
-            orientation, taken_at = upright.of_picture(picture), _taken_at(picture)
+            orientation, taken_at = upright.of_picture(picture), taken(picture)
     except MemoryError as error:
         raise TooLarge("the picture has far too many pixels") from error
     except BROKEN as error:
@@ -129,36 +130,3 @@ def _refuse_too_many_pixels(width_px: int, height_px: int, max_pixels: int) -> N
             f"the picture has {width_px} x {height_px} px; this installation takes at most "
             f"{max_pixels:,} px (QUAYMARK_MAX_IMAGE_PIXELS)"
         )
-
-
-def _taken_at(picture: Image.Image) -> datetime | None:
-    """Return the moment taken; EXIF that cannot be read says nothing."""
-    try:
-        details = picture.getexif().get_ifd(ExifTags.IFD.Exif)
-    except BROKEN:
-        return None
-    tag = ExifTags.Base
-    return _moment(
-        details.get(tag.DateTimeOriginal),
-        details.get(tag.SubsecTimeOriginal),
-        details.get(tag.OffsetTimeOriginal) or details.get(tag.OffsetTime),
-    )
-
-
-def _moment(taken: object, fraction: object, offset: object) -> datetime | None:
-    try:
-        moment = datetime.strptime(_text(taken), "%Y:%m:%d %H:%M:%S")  # noqa: DTZ007  EXIF may have no zone
-    except ValueError:
-        return None
-    digits = _text(fraction)
-    if digits.isascii() and digits.isdigit():
-        moment = moment.replace(microsecond=int(digits[:6].ljust(6, "0")))
-    try:
-        zone = datetime.strptime(_text(offset), "%z").tzinfo
-    except ValueError:
-        return moment
-    return moment.replace(tzinfo=zone)
-
-
-def _text(value: object) -> str:
-    return str(value).strip("\0 ")

@@ -2,8 +2,9 @@
 
 A name is cut into runs of digits and what stands between them. A few readings of neighbouring runs
 are tried: eight digits are a day, fourteen a day with its time, ten or thirteen a count of seconds
-or milliseconds. A reading is a pattern, kept by how many of the names it makes sense of. Days such
-as 03-04-2026 read two ways; where no name decides between them, both are told and a person does.
+or milliseconds. A reading is a pattern, kept by how many of the names it makes sense of; of names
+that tell nothing, the folders are read too. Days such as 03-04-2026 read two ways, and 03-04-26
+three; where no name decides between them, the likeliest two are told and a person decides.
 """
 
 import re
@@ -13,27 +14,31 @@ from datetime import UTC, datetime
 from itertools import islice
 from pathlib import PurePosixPath
 
-from app.sites.name_pattern import told_by
+from app.sites.name_pattern import has_shape, told_by
 
 EARLIEST_YEAR = 1995
 MOST_NAMES = 500
 MOST_PATTERNS = 4
 _DIGITS = re.compile(r"\d+")
-# What a run of so many digits may stand for.
+# What a run of so many digits may stand for by itself.
 _READINGS = {
-    2: ("%H", "%M", "%S", "%m", "%d", "%y"),
-    4: ("%Y", "%H%M"),
-    6: ("%H%M%S", "%y%m%d"),
-    8: ("%Y%m%d", "%d%m%Y", "%m%d%Y"),
     10: ("%s",),
-    12: ("%Y%m%d%H%M", "%y%m%d%H%M%S"),
+    12: ("%Y%m%d%H%M", "%y%m%d%H%M%S", "%d%m%y%H%M%S", "%m%d%y%H%M%S"),
     13: ("%s%f",),
     14: ("%Y%m%d%H%M%S", "%d%m%Y%H%M%S", "%m%d%Y%H%M%S"),
     17: ("%Y%m%d%H%M%S%f",),
 }
-_DAYS = tuple(tuple(re.findall("%.", day)) for day in ("%Y%m%d", "%d%m%Y", "%m%d%Y", "%y%m%d"))
+_SHORT_DAYS = ("%d%m%y", "%m%d%y", "%y%m%d")
+_DAYS = tuple(
+    tuple(re.findall("%.", day)) for day in ("%Y%m%d", "%d%m%Y", "%m%d%Y", "%Y%j", *_SHORT_DAYS)
+)
+_DIGITS_OF = {"%Y": 4, "%j": 3}
 _CLOCKS = (("%H", "%M", "%S"), ("%H", "%M"))
+_TOGETHER = {4: "%H%M", 6: "%H%M%S", 9: "%H%M%S%f"}
 _OTHER_ORDER = {"%d": "%m", "%m": "%d"}
+# Words between a day and its time; WA, CAM and their like come before counters.
+_BETWEEN = re.compile(r"(?:[^A-Za-z]|[Tt]|(?<![A-Za-z])(?:at|um|om|kl|a|las)(?![A-Za-z])|[hms])*")
+_MOSTLY = 0.8  # of what looks like a moment must be one, else it is a counter
 # Behind a dash stands a counter more often than a fraction.
 _FRACTION = re.compile(r"[.,]\d{1,6}(?!\d)")
 _ZONE = re.compile(r"Z(?![A-Za-z0-9])|[+-]\d{2}:?\d{2}(?!\d)")
@@ -41,7 +46,7 @@ _ZONE = re.compile(r"Z(?![A-Za-z0-9])|[+-]\d{2}:?\d{2}(?!\d)")
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """A pattern, how many names it reads, and the pattern with day and month swapped.
+    """A pattern, how many names it reads, and the pattern with the parts of the day in other order.
 
     `swapped` is given where it reads all these names as well: a person has to say which one it is.
     """
@@ -53,22 +58,30 @@ class Proposal:
     example_time: datetime
 
 
-def propose(names: Iterable[str], not_after: datetime) -> list[Proposal]:
-    """Return the patterns that together read the most names, the one that reads most first.
+def propose(paths: Iterable[str], not_after: datetime) -> list[Proposal]:
+    """Return the patterns that together read the most paths, the one that reads most first.
 
     `not_after` is the present: a reading that lies in the future is none.
     """
-    left = list(islice(dict.fromkeys(PurePosixPath(name).stem for name in names), MOST_NAMES))
+    left = [PurePosixPath(path) for path in islice(dict.fromkeys(paths), MOST_NAMES)]
     found: list[Proposal] = []
-    while left and len(found) < MOST_PATTERNS:
-        best = _best(left, not_after)
-        if best is None:
-            break
-        found.append(best)
-        left = [
-            name for name in left if not _plausible(told_by(f"{name}.", best.pattern), not_after)
-        ]
+    for told_in in (_name_of, _folders_and_name_of):
+        while left and len(found) < MOST_PATTERNS:
+            names = list(dict.fromkeys(map(told_in, left)))
+            best = _best(names, not_after)
+            if best is None:
+                break
+            found.append(best)
+            left = [path for path in left if not _read(told_in(path), best.pattern, not_after)]
     return found
+
+
+def _name_of(path: PurePosixPath) -> str:
+    return path.stem
+
+
+def _folders_and_name_of(path: PurePosixPath) -> str:
+    return f"{path.parent}/{path.stem}"
 
 
 def _best(names: Sequence[str], not_after: datetime) -> Proposal | None:
@@ -85,24 +98,45 @@ def _best(names: Sequence[str], not_after: datetime) -> Proposal | None:
     return best
 
 
-def _rank(proposal: Proposal) -> tuple[int, int]:
-    return proposal.name_count, len(re.findall("%.", proposal.pattern))
+def _rank(proposal: Proposal) -> tuple[int, int, datetime]:
+    """Compare by names read and letters used; of two orders of a day, the later is likelier."""
+    moment = proposal.example_time
+    moment = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+    return proposal.name_count, len(re.findall("%.", proposal.pattern)), moment
 
 
 def _judged(pattern: str, names: Sequence[str], not_after: datetime) -> Proposal | None:
     read = [
-        (name, moment)
-        for name in names
-        if (moment := _plausible(told_by(f"{name}.", pattern), not_after)) is not None
+        (name, moment) for name in names if (moment := _read(name, pattern, not_after)) is not None
     ]
-    if not read:
+    if not read or len(read) < _MOSTLY * sum(has_shape(f"{name}.", pattern) for name in names):
         return None
-    swapped = re.sub(r"%[dm]", lambda letter: _OTHER_ORDER[letter[0]], pattern)
-    # Nobody writes the year first and then the day before the month.
-    is_ambiguous = pattern.startswith(("%d", "%m")) and all(
-        _plausible(told_by(f"{name}.", swapped), not_after) for name, _ in read
-    )
-    return Proposal(pattern, len(read), swapped if is_ambiguous else None, *read[0])
+    # Of other orders that read all these names the one that comes nearest to the present.
+    others = [
+        (moment, other)
+        for other in _other_orders(pattern)
+        if all(_read(name, other, not_after) for name, _ in read)
+        and (moment := _read(read[0][0], other, not_after))
+    ]
+    likeliest = max(others)[1] if others else None
+    return Proposal(pattern, len(read), likeliest, *read[0])
+
+
+def _other_orders(pattern: str) -> Iterator[str]:
+    """Yield a pattern with the parts of its day in other orders, as people do write them."""
+    if "%y" in pattern:
+        parts = re.split("(%[dmy])", pattern)
+        for day in _SHORT_DAYS:
+            parts[1::2] = re.findall("%.", day)
+            if (other := "".join(parts)) != pattern:
+                yield other
+    elif -1 < pattern.find("%d") < pattern.find("%Y"):
+        # Nobody writes the year first and then the day before the month.
+        yield re.sub(r"%[dm]", lambda letter: _OTHER_ORDER[letter[0]], pattern)
+
+
+def _read(name: str, pattern: str, not_after: datetime) -> datetime | None:
+    return _plausible(told_by(f"{name}.", pattern), not_after)
 
 
 def _plausible(moment: datetime | None, not_after: datetime) -> datetime | None:
@@ -118,7 +152,8 @@ def _readings_of(stem: str) -> Iterator[str]:
     for first in range(len(runs)):
         for letters, last in _readings_from(runs, first):
             pattern = _with_gaps(stem, runs[first : last + 1], letters)
-            yield from _with_tail(pattern, stem[runs[last].end() :])
+            if pattern:
+                yield from _with_tail(pattern, stem[runs[last].end() :])
 
 
 def _readings_from(
@@ -127,8 +162,7 @@ def _readings_from(
     """Yield what the runs from one on may mean together: a reading a run, and the last run."""
     lengths = [len(run[0]) for run in runs[first : first + 6]]
     for whole in _READINGS.get(lengths[0], ()):
-        if whole.startswith("%s") or whole.count("%") >= 5:
-            yield (whole,), first
+        yield (whole,), first
     for day, used in _days(lengths):
         rest = lengths[used:]
         for clock in _clocks(rest):
@@ -137,25 +171,37 @@ def _readings_from(
 
 def _days(lengths: Sequence[int]) -> Iterator[tuple[tuple[str, ...], int]]:
     for letters in _DAYS:
-        wanted = [4 if letter == "%Y" else 2 for letter in letters]
-        if list(lengths[:3]) == wanted:
-            yield letters, 3
+        wanted = [_DIGITS_OF.get(letter, 2) for letter in letters]
+        if _fit(lengths, wanted):
+            yield letters, len(letters)
         if lengths[0] == sum(wanted):
             yield ("".join(letters),), 1
 
 
 def _clocks(lengths: Sequence[int]) -> Iterator[tuple[str, ...]]:
     for clock in _CLOCKS:
-        if list(lengths[: len(clock)]) == [2] * len(clock):
+        if _fit(lengths, [2] * len(clock)) and 1 not in lengths[1 : len(clock)]:
             yield clock
-    if lengths and lengths[0] in {4, 6}:
-        yield ("%H%M%S" if lengths[0] == 6 else "%H%M",)
+    if lengths and lengths[0] in _TOGETHER:
+        yield (_TOGETHER[lengths[0]],)
+
+
+def _fit(lengths: Sequence[int], wanted: Sequence[int]) -> bool:
+    """Whether runs of digits are as long as wanted; of two digits a leading zero may be missing."""
+    return len(lengths) >= len(wanted) and all(
+        length == most or (length, most) == (1, 2)
+        for length, most in zip(lengths, wanted, strict=False)
+    )
 
 
 def _with_gaps(stem: str, runs: Sequence[re.Match[str]], letters: Sequence[str]) -> str:
+    """Return the pattern of neighbouring runs; empty where a word between them speaks against."""
     parts = [letters[0]]
     for before, run, letter in zip(runs, runs[1:], letters[1:], strict=False):
-        parts += [stem[before.end() : run.start()].replace("%", "%%"), letter]
+        gap = stem[before.end() : run.start()]
+        if not _BETWEEN.fullmatch(gap):
+            return ""
+        parts += [gap.replace("%", "%%"), letter]
     return "".join(parts)
 
 

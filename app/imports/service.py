@@ -5,8 +5,6 @@ that were worked out before it, so a batch is there as a whole or not at all, an
 held for a fraction of a second even for tens of thousands of images.
 """
 
-import csv
-import io
 from collections.abc import Sequence
 from datetime import datetime, timedelta
 from functools import partial
@@ -18,7 +16,7 @@ from sqlalchemy.orm.attributes import flag_modified
 from app.db import now
 from app.deletions import service as deletions
 from app.edits import flush_edit
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Conflict, NotFound
 from app.imagery.names import tidy
 from app.imagery.true_time import corrected_times
 from app.imports import repository, states
@@ -28,6 +26,7 @@ from app.imports.proposals import Proposal, propose
 from app.imports.schemas import TakesAlongOut, TimesTableOut
 from app.imports.states import Act
 from app.imports.times import TimeSettings
+from app.imports.times_table import matched, read_times
 from app.paging import Paging
 from app.tables.imagery import Image
 from app.tables.imports import FileState, ImageImport, ImportFile, ImportStatus
@@ -120,43 +119,22 @@ def set_listed_times(session: Session, row: ImageImport, text: str) -> TimesTabl
     Raises Invalid naming the line that cannot be read; then nothing is taken.
     """
     states.after(row.status, Act.ADD)
-    listed = _table(text)
+    listed = read_times(text)
     files = repository.all_files(session, row.id)
-    used: set[str] = set()
-    changes: list[dict[str, Any]] = []
-    for file in files:
-        name = next(
-            (key for key in (file.path, file.path.rpartition("/")[2]) if key in listed), None
-        )
-        if name is not None:
-            used.add(name)
-            changes.append({"id": file.id, "listed_at": listed[name].isoformat()})
+    named = dict(matched(listed, [file.path for file in files]))
+    changes = [
+        {"id": file.id, "listed_at": listed[named[file.path]].isoformat()}
+        for file in files
+        if file.path in named
+    ]
     repository.update_files(session, changes)
     flag_modified(row, "times")  # a new version: what was looked at is no longer what would come
     flush_edit(session)
+    used = set(named.values())
     unknown = [name for name in listed if name not in used]
     return TimesTableOut(
         matched=len(changes), unknown_names=unknown[:UNKNOWN_SHOWN], unknown_count=len(unknown)
     )
-
-
-def _table(text: str) -> dict[str, datetime]:
-    listed: dict[str, datetime] = {}
-    for number, line in enumerate(csv.reader(io.StringIO(text.removeprefix("\ufeff"))), 1):
-        if not any(cell.strip() for cell in line):
-            continue
-        if len(line) < 2:
-            raise Invalid.field("times", f"line {number} needs two columns: file name, time")
-        name, moment = line[0].strip(), line[1].strip()
-        try:
-            listed[name] = datetime.fromisoformat(moment)
-        except ValueError as error:
-            if not listed and number == 1:  # the names of the columns
-                continue
-            raise Invalid.field(
-                "times", f"line {number}: {moment[:40]!r} is no time such as 2026-07-01 10:11:12"
-            ) from error
-    return listed
 
 
 def preview_of(session: Session, row: ImageImport, times: TimeSettings | None = None) -> Preview:
@@ -176,7 +154,7 @@ def preview_of(session: Session, row: ImageImport, times: TimeSettings | None = 
 def proposals(session: Session, row: ImageImport) -> list[Proposal]:
     """Return the patterns that the names of a batch's photographs seem to follow."""
     paths = repository.staged_names(session, row.id, NAMES_READ)
-    return propose([path.rpartition("/")[2] for path in paths], now() + timedelta(days=1))
+    return propose(paths, now() + timedelta(days=1))
 
 
 def viewports(session: Session, row: ImageImport) -> Sequence[Viewport]:

@@ -87,7 +87,7 @@ def by_name(path: str, settings: TimeSettings) -> datetime | None:
     if not settings.patterns:
         return from_file_name(name, None)
     for pattern in settings.patterns:
-        moment = told_by(name, pattern)
+        moment = told_by(path if "/" in pattern else name, pattern)
         if moment is not None:
             return moment
     return None
@@ -107,16 +107,19 @@ def _sources(rule: TimeRule) -> tuple[CaptureTimeSource, ...]:
 def _read(telling: Telling, settings: TimeSettings, source: CaptureTimeSource) -> datetime | None:
     match source:
         case CaptureTimeSource.EXIF:
-            # A clock that was never set writes 1970 or 1980: as good as nothing.
-            is_set = telling.exif_at is not None and telling.exif_at.year > 1990
-            return telling.exif_at if is_set else None
+            return _set(telling.exif_at)
         case CaptureTimeSource.FILE_NAME:
-            return by_name(telling.path, settings)
+            return _set(by_name(telling.path, settings))
         case CaptureTimeSource.CSV:
             return telling.listed_at
         case CaptureTimeSource.FILE_TIME:
             return telling.modified_at
     return None
+
+
+def _set(moment: datetime | None) -> datetime | None:
+    """Return what a clock told; one that was never set tells 1970 or 1980: as good as nothing."""
+    return moment if moment is not None and moment.year > 1990 else None
 
 
 def _in_utc(moment: datetime, settings: TimeSettings) -> tuple[datetime, Doubt | None]:

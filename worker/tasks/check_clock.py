@@ -20,12 +20,12 @@ from app.domain.camera import Camera
 from app.domain.clock_offset import (
     OffsetEstimate,
     OffsetSettings,
-    TimedImage,
     TimedPair,
-    estimate_offset,
+    estimate_parts,
     matches_agree,
     timed_pair,
 )
+from app.domain.clock_sight import TimedImage
 from app.domain.geodesy import EnuFrame
 from app.domain.local_metres import moved
 from app.imagery.true_time import CLOCK_SOURCES
@@ -70,11 +70,9 @@ def suspicions(session: Session, run_id: int, first: int) -> list[Suspicion]:
     image_ids = repository.image_ids_from(session, run_id, first, IMAGES_TOGETHER)
     found: list[Suspicion] = []
     for block in _blocks(image_ids):
-        doubted = _suspicion(session, run, repository.detected_on(session, run_id, block))
-        if doubted is None:
-            continue
-        joined = found[-1].joined(doubted) if found else None
-        found[-1:] = [joined] if joined else [*found[-1:], doubted]
+        for doubted in _suspicions(session, run, repository.detected_on(session, run_id, block)):
+            joined = found[-1].joined(doubted) if found else None
+            found[-1:] = [joined] if joined else [*found[-1:], doubted]
     return found
 
 
@@ -124,17 +122,17 @@ def _blocks(image_ids: Sequence[int]) -> Iterator[Sequence[int]]:
             yield block
 
 
-def _suspicion(session: Session, run: Run, block: Sequence[DetectedImage]) -> Suspicion | None:
+def _suspicions(session: Session, run: Run, block: Sequence[DetectedImage]) -> Iterator[Suspicion]:
+    """Yield what is to be doubted of a block, by each time between which the clock was set."""
     settings = OffsetSettings()
     fusion = fusion_settings(run.preset, run.parameters)
     site = session.get_one(Site, run.site_id)
     camera, frame = camera_of(session, run.registration_id)
-    matched = repository.matched_boxes(session, run.id, [one.image.id for one in block])
-    level_m = level_at(session, site, block[0].image.captured_at).level_m
-    pairs = _pairs(camera, frame, level_m, matched)
-    if matches_agree(pairs, sum(len(boxes_of(one, fusion)) for one in block), settings):
-        return None
-    searched = block[:: -(-len(block) // IMAGES_SEARCHED)]
+    newest = block[-IMAGES_SEARCHED:]
+    if all(_agree(session, run, camera, frame, part) for part in (block, newest)):
+        return
+    step = -(-len(block) // IMAGES_SEARCHED)
+    searched = block[::step]
     images = [
         TimedImage(
             one.image.captured_at.timestamp(),
@@ -145,9 +143,30 @@ def _suspicion(session: Session, run: Run, block: Sequence[DetectedImage]) -> Su
         for one in searched
     ]
     paths = paths_around(session, site, frame, searched, settings, fusion)
-    found = estimate_offset(images, paths, settings)
-    applied_s = [_applied_s(one.image.captured_at, one.image.captured_at_raw) for one in searched]
-    return Suspicion(block, found, float(np.median(applied_s))) if found.is_suspect else None
+    for part in estimate_parts(images, paths, settings):
+        if part.estimate.is_suspect:
+            doubted = block[part.first * step : part.last * step]
+            applied_s = [
+                _applied_s(one.image.captured_at, one.image.captured_at_raw) for one in doubted
+            ]
+            yield Suspicion(doubted, part.estimate, float(np.median(applied_s)))
+
+
+def _agree(
+    session: Session,
+    run: Run,
+    camera: Camera,
+    frame: EnuFrame,
+    images: Sequence[DetectedImage],
+) -> bool:
+    """Whether the matches on some images show that their clock is right."""
+    fusion = fusion_settings(run.preset, run.parameters)
+    site = session.get_one(Site, run.site_id)
+    matched = repository.matched_boxes(session, run.id, [one.image.id for one in images])
+    level_m = level_at(session, site, images[0].image.captured_at).level_m
+    pairs = _pairs(camera, frame, level_m, matched)
+    detections = sum(len(boxes_of(one, fusion)) for one in images)
+    return matches_agree(pairs, detections, OffsetSettings())
 
 
 def _applied_s(moment: datetime, raw: datetime) -> float:
@@ -169,15 +188,11 @@ def _pairs(
     lat_deg, lon_deg = np.array(ends_deg).reshape(-1, 2).T
     ends, _ = frame.places(lat_deg, lon_deg, level_m)
     u_px = camera.project(ends)[:, 0].reshape(-1, 2).tolist()
+    ahead_m = camera.to_cam(ends)[:, 2].reshape(-1, 2).min(axis=1)
+    px_per_m = camera.intrinsics.focal_px[0] / np.maximum(ahead_m, 1.0)
     pairs = (
-        timed_pair(
-            one.box,
-            one.centre_px,
-            after - before,
-            one.mmsi,
-            one.speed_kn * _KN,
-        )
-        for one, (before, after) in zip(matched, u_px, strict=True)
+        timed_pair(one.box, one.centre_px, after - before, one.mmsi, scale)
+        for one, (before, after), scale in zip(matched, u_px, px_per_m.tolist(), strict=True)
     )
     return [pair for pair in pairs if pair is not None]
 

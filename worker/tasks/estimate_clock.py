@@ -1,6 +1,8 @@
 """The job that tells a camera's clock from the vessels on a run's images."""
 
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from datetime import datetime
 from functools import partial
 from typing import Any
 
@@ -8,10 +10,12 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from app.clocks import repository
+from app.clocks.repository import DetectedImage
 from app.clocks.service import ESTIMATE_JOB, get_estimate
 from app.config import Settings
 from app.db import Database
-from app.domain.clock_offset import OffsetSettings, TimedImage
+from app.domain.clock_offset import OffsetSettings, Part, estimate_parts
+from app.domain.clock_sight import TimedImage
 from app.domain.zone_offset import ZoneSettings, find_offset
 from app.imagery.true_time import CLOCK_SOURCES
 from app.jobs import JobRunner
@@ -20,7 +24,7 @@ from app.runs.parameters import fusion_settings
 from app.runs.service import get_run
 from app.sites.water import level_at
 from app.storage import Storage
-from app.tables.clock import EstimateStatus
+from app.tables.clock import ClockEstimate, EstimateStatus
 from app.tables.sites import Site
 from worker.tasks.vessel_paths import boxes_of, paths_around
 
@@ -55,14 +59,42 @@ class EstimateClock:
 
     def _estimate(self, estimate_id: int) -> None:
         with self._database.reading() as session:
-            result = estimated(session, estimate_id)
-        row = get_estimate(self._runner.session(), estimate_id)
-        row.status, row.result = EstimateStatus.SUCCEEDED, result
-        self._runner.session().flush()
+            found = estimated(session, estimate_id)
+        session = self._runner.session()
+        row = get_estimate(session, estimate_id)
+        begins = [row.begin, *(part.begin for part in found[1:])]
+        ends = [*(part.begin for part in found[1:]), row.end]
+        row.status, row.result = EstimateStatus.SUCCEEDED, found[0].result
+        row.begin, row.end = begins[0], ends[0]
+        for number, part in enumerate(found[1:], 1):
+            session.add(
+                ClockEstimate(
+                    camera_id=row.camera_id,
+                    run_id=row.run_id,
+                    begin=begins[number],
+                    end=ends[number],
+                    status=EstimateStatus.SUCCEEDED,
+                    workflow_id=f"{row.workflow_id}-{number}",
+                    created_by_id=row.created_by_id,
+                    result=part.result,
+                )
+            )
+        session.flush()
 
 
-def estimated(session: Session, estimate_id: int) -> dict[str, Any]:
-    """Return the estimate of the whole offset: what was applied already with what is missing."""
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a time's images say, from `begin` on by the camera's clock."""
+
+    begin: datetime | None
+    result: dict[str, Any]
+
+
+def estimated(session: Session, estimate_id: int) -> list[Found]:
+    """Return the estimates of the whole offset: what was applied already with what is missing.
+
+    One for each time between which the clock was set, by time.
+    """
     row = get_estimate(session, estimate_id)
     run = get_run(session, row.run_id)
     seen = repository.detected(session, run.id, row.begin, row.end, MOST_IMAGES)
@@ -84,7 +116,16 @@ def estimated(session: Session, estimate_id: int) -> dict[str, Any]:
         )
         for one in seen
     ]
-    found = asdict(find_offset(images, around, settings, ZoneSettings()))
-    found |= {name: found[name] + before_s for name in ("offset_s", "low_s", "high_s")}
+    parts = estimate_parts(images, around(0.0), settings) if images else []
+    if len(parts) < 2:
+        offset = find_offset(images, around, settings, ZoneSettings())
+        parts = [Part(0, len(images), offset)]
+    return [_found(seen[part.first : part.last], part, before_s) for part in parts]
+
+
+def _found(seen: Sequence[DetectedImage], part: Part, before_s: float) -> Found:
+    told = asdict(part.estimate)
+    told |= {name: told[name] + before_s for name in ("offset_s", "low_s", "high_s")}
     given = any(one.image.captured_at_source not in CLOCK_SOURCES for one in seen)
-    return found | {"concerns_given": given}
+    begin = min((one.image.captured_at_raw for one in seen), default=None)
+    return Found(begin, told | {"concerns_given": given})

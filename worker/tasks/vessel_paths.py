@@ -39,6 +39,8 @@ def paths_around(
 
     Images stand in the order of their times; the ways' times are seconds since 1970.
     """
+    if not seen:
+        return []
     margin = timedelta(seconds=settings.search_s + LONGEST_GAP_S)
     origin = frame.geodetic(np.zeros(3))
     area = Area.around(origin.lat_deg, origin.lon_deg, 2 * fusion.maximum_range_m)

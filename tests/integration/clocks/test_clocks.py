@@ -97,8 +97,9 @@ def test_vessels_tell_a_slow_clock_and_a_person_applies_it(
         row = ClockEstimate(camera_id=harbour.camera.id, run_id=run_id, workflow_id="clock-1")
         session.add(row)
         session.flush()
-        row.result, row.status = estimated(session, row.id), EstimateStatus.SUCCEEDED
-        found = row.result
+        (part,) = estimated(session, row.id)
+        found = part.result
+        row.result, row.status = found, EstimateStatus.SUCCEEDED
     assert found["is_off"]
     assert found["low_s"] - 0.5 < 90.0 < found["high_s"] + 0.5
     assert abs(found["offset_s"] - 90.0) < 1.0
@@ -113,7 +114,7 @@ def test_vessels_tell_a_slow_clock_and_a_person_applies_it(
     assert (shown["source"], shown["offset_s"]) == ("estimated", found["offset_s"])
     assert client.get(f"/api/v1/runs/{run_id}").json()["is_stale"] is True
     with database.reading() as session:
-        again = estimated(session, row.id)
+        again = estimated(session, row.id)[0].result
     assert not again["is_off"]
     assert abs(again["offset_s"] - 90.0) < 1.0
     assert browser.post(offsets, data={"offset_s": "soon"}).status_code == 422

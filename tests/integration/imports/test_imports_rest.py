@@ -275,9 +275,8 @@ def test_a_table_gives_the_times(sender: Sender, client: TestClient, camera: Cam
     address = f"{sender.address}/times-table"
     bad = client.put(address, json={"times": "1.jpg,2026-07-01 10:00:00\n2.jpg,noon\n"})
     assert (bad.status_code, "line 2" in bad.json()["detail"]) == (422, True)
-    table = (
-        "name,time\n1.jpg,2026-07-01 10:00:00.25\nb/2.jpg,2026-07-01T10:00:00Z\nc.jpg,2026-07-01\n"
-    )
+    rows = "1.jpg,2026-07-01 10:00:00.25\nb/2.jpg,2026-07-01T10:00:00Z\nc.jpg,2026-07-01 12:00\n"
+    table = f"name,time\n{rows}"
     seen = {"If-Match": client.get(sender.address).headers["etag"]}
     answer = client.put(address, json={"times": table}, headers=seen).json()
     assert (answer["matched"], answer["unknown_names"]) == (2, ["c.jpg"])

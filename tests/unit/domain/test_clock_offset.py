@@ -8,11 +8,12 @@ import pytest
 from app.domain.camera import Camera, Intrinsics
 from app.domain.clock_offset import (
     OffsetSettings,
-    TimedImage,
     TimedPair,
     estimate_offset,
+    estimate_parts,
     matches_agree,
 )
+from app.domain.clock_sight import TimedImage
 from app.domain.detection import Detection
 from app.domain.vessel_path import VesselPath
 
@@ -98,6 +99,25 @@ def test_a_right_clock_is_left_alone() -> None:
 
     assert found.is_known
     assert not found.is_off
+
+
+def test_a_clock_that_was_set_meanwhile_is_told_for_each_time() -> None:
+    """Half of the images are 40 s late: two parts, and no one offset for all of them."""
+    rng = np.random.default_rng(5)
+    paths = passages(rng)
+    images = photographs(rng, paths, 0.0)
+    half = len(images) // 2
+    later = [replace(image, clock_s=image.clock_s - 40.0) for image in images[half:]]
+
+    before, after = estimate_parts([*images[:half], *later], paths, SETTINGS)
+
+    assert (before.first, before.last, after.last) == (0, after.first, len(images))
+    assert abs(after.first - half) <= 1
+    assert (before.estimate.is_off, after.estimate.is_off) == (False, True)
+    assert abs(after.estimate.offset_s - 40.0) < 1.0
+    mixed = [image for pair in zip(images, later, strict=False) for image in pair]
+    assert not estimate_offset(mixed, paths, SETTINGS).is_known
+    assert len(estimate_parts(images, paths, SETTINGS)) == 1
 
 
 def test_images_that_tell_nothing_propose_nothing() -> None:

@@ -24,6 +24,8 @@ TAKEN = datetime(2026, 7, 31, 10, 11, 12)  # noqa: DTZ001  as a name tells it
         ("%Y-%m-%dT%H-%M-%S.500Z_x", "%Y-%m-%dT%H-%M-%S.%f%z"),
         ("harbour-%Y-%m-%dT%H-%M-%S-7", "%Y-%m-%dT%H-%M-%S"),
         ("1785492672", "%s"),
+        ("%Y-%m-%d/%H-%M-%S", "%Y-%m-%d/%H-%M-%S"),
+        ("%Y%j_%H%M%S", "%Y%j_%H%M%S"),
         ("1785492672500", "%s%f"),
     ],
 )
@@ -43,6 +45,18 @@ def test_a_day_that_reads_two_ways_is_told() -> None:
     assert {unsure.pattern, unsure.swapped} == {"%d-%m-%Y %H.%M.%S", "%m-%d-%Y %H.%M.%S"}
     (sure,) = propose([*names, "31-03-2026 10.11.12.jpg"], PRESENT)
     assert (sure.pattern, sure.swapped) == ("%d-%m-%Y %H.%M.%S", None)
+
+
+def test_a_year_of_two_digits_is_told_as_unsure() -> None:
+    """03-04-26 may begin with its year: the reading nearest to the present is told with another."""
+    (unsure,) = propose(["03-04-26 10.11.12.jpg"], PRESENT)
+    assert (unsure.pattern, unsure.swapped) == ("%d-%m-%y %H.%M.%S", "%m-%d-%y %H.%M.%S")
+
+
+def test_counters_behind_a_day_are_no_times() -> None:
+    """What messengers number, and numbers beyond 59, are not proposed as hours and minutes."""
+    assert propose(["IMG-20260701-WA0001.jpg", "IMG-20260701-WA0012.jpg"], PRESENT) == []
+    assert propose([f"20260701_{number:04}.jpg" for number in range(100)], PRESENT) == []
 
 
 def test_mixed_folders_get_a_pattern_for_each_sort_of_name() -> None:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.sites.name_pattern import COMMON_PATTERNS, check_pattern, from_file_name
+from app.sites.name_pattern import COMMON_PATTERNS, check_pattern, from_file_name, told_by
 
 MOMENTS = st.datetimes(datetime(1990, 1, 1), datetime(2100, 1, 1)).map(  # noqa: DTZ001  naive
     lambda moment: moment.replace(microsecond=0)
@@ -58,6 +58,10 @@ def test_useless_patterns_are_refused(pattern: str) -> None:
         ("cam_20260701_101112-0300.jpg", None),  # as likely picture 300
         ("cam_20260701_101112+0001.jpg", None),
         ("20260701_101112Zoom.jpg", None),
+        ("20260701T101112.345Z.jpg", 0),
+        ("20260701_101112 UTC.jpg", 0),
+        ("20260701_101112 GMT+5:45.jpg", 5.75),
+        ("PXL_20260701_101112.jpg", 0),  # always UTC
     ],
 )
 def test_a_zone_behind_the_time_is_heeded(name: str, offset_h: float | None) -> None:
@@ -67,3 +71,21 @@ def test_a_zone_behind_the_time_is_heeded(name: str, offset_h: float | None) -> 
         assert moment is not None
         wanted = None if offset_h is None else timedelta(hours=offset_h)
         assert moment.utcoffset() == wanted
+
+
+@pytest.mark.parametrize(
+    ("name", "pattern", "hour"),
+    [
+        ("WhatsApp Image 2026-07-01 at 9.11.12 PM (1).jpeg", None, 21),
+        ("Screenshot 2026-07-01 at 12.11.12\u202fAM.png", None, 0),
+        ("2026-07-01 13.11.12 PMs.jpg", None, 13),
+        ("7_1_2026 1_11_12 PM.jpg", "%m_%d_%Y %H_%M_%S", 13),
+        ("2026182_101112.jpg", "%Y%j_%H%M%S", 10),
+        ("cam/2026-07-01/10-11-12.jpg", "%Y-%m-%d/%H-%M-%S", 10),
+    ],
+)
+def test_names_are_written_in_many_ways(name: str, pattern: str | None, hour: int) -> None:
+    """Halves of the day, single digits, days of the year and folders are heeded."""
+    found = from_file_name(name, None) if pattern is None else told_by(name, pattern)
+    assert found is not None
+    assert (found.month, found.day, found.hour, found.minute) == (7, 1, hour, 11)
