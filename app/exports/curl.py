@@ -18,7 +18,13 @@ def request_command(base_url: str, asked: Request) -> str:
     if not asked.anonymise:
         body["anonymise"] = False
     sent = shlex.quote(json.dumps(body))
-    return f"curl -sS --fail-with-body {AUTHORISED} \\\n  --json {sent} \\\n  {_at(base_url, '')}"
+    lines = (
+        f"curl -sS --fail-with-body {AUTHORISED}",
+        # `--json` says the same, but is younger than what long-lived systems have.
+        f"-H 'Content-Type: application/json' -d {sent}",
+        _at(base_url, ""),
+    )
+    return " \\\n  ".join(lines)
 
 
 def download_command(base_url: str, export: Export, suffix: str) -> str:

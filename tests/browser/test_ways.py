@@ -162,7 +162,7 @@ def test_an_export_is_made_and_downloaded(
     expect(page).to_have_url(re.compile(rf"preview\?run_id={run_id}&grade=good&format=coco$"))
     expect(page.get_by_role("region", name="In short")).to_contain_text("2poses")
     expect(page.get_by_role("region", name="The first poses").locator("tbody tr")).to_have_count(2)
-    expect(page.locator("#curl-request")).to_contain_text("--json")
+    expect(page.locator("#curl-request")).to_contain_text("application/json")
     page.get_by_role("button", name="Make the export").click()
     page.get_by_role("link", name="Download").wait_for(timeout=60_000)  # it comes by itself
     assert findings(page) == []

@@ -79,7 +79,7 @@ def test_an_export_is_looked_at_before_it_is_made(
     shown = browser.get(address).text
     (command,) = re.findall(r'<pre[^>]* id="curl-request">(.*?)</pre>', shown, re.DOTALL)
     words = shlex.split(html.unescape(command).replace("\\\n", ""))
-    body = json.loads(words[words.index("--json") + 1])
+    body = json.loads(words[words.index("-d") + 1])
     asked = client.post("/api/v1/exports", json=body).json()
     make(asked["id"])
     made = client.get(f"/api/v1/exports/{asked['id']}").json()
