@@ -18,9 +18,9 @@ import numpy as np
 from app.domain.arrays import FloatArray, IntArray
 
 # What is usual: the given number of pixels and this share of the box. Most detectors are a little
-# better and some far worse: the middle of the logarithms, and one sigma of them.
+# better and some far worse: the middle of the logarithms, and one sigma of each.
 USUAL_SHARE = 0.008
-_LOG_MIDDLE, _LOG_SIGMA = -0.3, 0.8
+_LOG_MIDDLE, _LOG_SIGMAS = -0.3, np.array([0.8, 1.1])
 _STEPS = np.linspace(-2.0, 2.0, 7)
 # Student's t, since a hidden ship or a wrong size is no evidence of poor boxes: its freedom, and by
 # what a variance enters its square for errors that are normal after all.
@@ -28,7 +28,7 @@ _FREEDOM, _NORMAL = 6.0, 4.6
 
 _GRID = np.stack(np.meshgrid(_STEPS, _STEPS), axis=-1).reshape(-1, 2)
 _PRIOR = -(_GRID**2).sum(axis=1) / 2
-_LOG_FACTORS = _LOG_MIDDLE + _LOG_SIGMA * _GRID
+_LOG_FACTORS = _LOG_MIDDLE + _LOG_SIGMAS * _GRID
 _VARIANCE_FACTORS = np.exp(2 * _LOG_FACTORS)
 
 
