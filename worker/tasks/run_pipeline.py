@@ -43,8 +43,10 @@ from worker.tasks.vessel_states import states_around
 from worker.tasks.work_ahead import WorkAhead
 
 log = structlog.get_logger()
-# Groups of images in a step when nothing has to be detected: more would keep reviewers waiting.
-GROUPS_OF_KNOWN = 2
+# Groups of images in a step when nothing has to be detected: larger steps ask less often. On SQLite
+# more than two would keep reviewers waiting, who write in turn with the worker.
+GROUPS_OF_KNOWN = 4
+GROUPS_OF_KNOWN_ON_SQLITE = 2
 
 
 @dataclass(frozen=True)
@@ -133,9 +135,10 @@ class RunPipeline:
                 settings_sha256=self._detectors.settings_sha256(context.model, settings),
             )
         # The size of a batch is kept with the job: it must not change half-way.
+        known = GROUPS_OF_KNOWN_ON_SQLITE if self._database.is_sqlite else GROUPS_OF_KNOWN
         return {
             "images": batches.begin(self._runner.session(), run_id),
-            "images_per_step": self._images_per_step * (1 if unseen else GROUPS_OF_KNOWN),
+            "images_per_step": self._images_per_step * (1 if unseen else known),
             "images_together": self._images_per_step,
             "unseen": len(unseen),
         }
