@@ -27,12 +27,13 @@ _BOX_CENTRE_OF_WIDTH = 0.06
 _BOX_CENTRE_PX = 3.0
 _ANTENNA_SIGMA_M = 4.0
 _LEAST_SPEED_MPS = 0.2  # slower vessels are no clocks
+_FEWEST_VESSELS = 4  # whose seconds contradict the times they were received at
 _HUBER = 1.5
 _NEAR_S, _FAR_S = 10.0, 60.0  # large and slow vessels look alike some seconds away, not a minute
 _UNCLEAR = "no offset explains the images clearly better than others"
 _HARMLESS_S = 2.0
 _FEWEST_IMAGES = 3  # that say by themselves that a clock was set
-_OTHER_SHARE = 0.1  # of all that is explained, must be by another offset to be one
+_OTHER_SHARE = 0.05  # of all that is explained, must be by another offset to be one
 _LEAST_MATCHED_SHARE = 0.25  # for matches to be believed without a search
 
 
@@ -61,7 +62,8 @@ class OffsetEstimate:
 
     `score` is the log likelihood of all detections, moored vessels' too, against clutter alone.
     `is_known` says whether the images tell at all, `is_off` whether they say that the clock is
-    wrong; `message` is why or why not, in words.
+    wrong; `message` is why or why not, in words. With `is_receiver` the times that AIS was given
+    are as far off instead, for the vessels' own seconds contradict them.
     """
 
     offset_s: float
@@ -76,6 +78,7 @@ class OffsetEstimate:
     is_known: bool
     is_off: bool
     message: str
+    is_receiver: bool = False
 
     @property
     def is_suspect(self) -> bool:
@@ -84,7 +87,7 @@ class OffsetEstimate:
         With the whole interval; what is less moves a vessel by less than its own length.
         """
         nearest_s = min(abs(self.low_s), abs(self.high_s))
-        return self.is_off and nearest_s >= _HARMLESS_S
+        return (self.is_off or self.is_receiver) and nearest_s >= _HARMLESS_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +215,7 @@ def _estimated(
     is_clear = far_gain >= min(by_vessels, by_rival)
     if not is_clear and estimate.vessel_count >= settings.least_vessels:
         return replace(estimate, message=_UNCLEAR)
-    return _judged(estimate, settings, _other_s(by_image, best, settings))
+    return _blamed(_judged(estimate, settings, _other_s(by_image, best, settings)), paths)
 
 
 def _other_s(by_image: FloatArray, best: int, settings: OffsetSettings) -> float | None:
@@ -246,6 +249,18 @@ def _judged(
         return replace(known, message="the clock is right as far as the images can tell")
     side = "slow" if offset_s > 0 else "fast"
     return replace(known, is_off=True, message=f"the clock is {abs(offset_s):.1f} s {side}")
+
+
+def _blamed(estimate: OffsetEstimate, paths: Sequence[VesselPath]) -> OffsetEstimate:
+    """Say that the AIS receiver's clock is wrong where most vessels' own seconds contradict it."""
+    contradicted = sum(path.is_contradicted for path in paths)
+    if not estimate.is_off or len(paths) < _FEWEST_VESSELS or contradicted <= len(paths) / 2:
+        return estimate
+    off = (
+        "the AIS receiver's clock seems wrong rather than the camera's: the seconds in most "
+        "vessels' messages contradict its times; set it right, or import AIS of another source"
+    )
+    return replace(estimate, is_off=False, is_receiver=True, message=off)
 
 
 def _without_cut_boxes(image: TimedImage) -> TimedImage:

@@ -16,6 +16,7 @@ from app.domain.ais import PositionReport, StaticReport
 from app.domain.arrays import BoolArray, FloatArray
 from app.domain.camera import Camera
 from app.domain.geodesy import EnuFrame
+from app.domain.plausibility import clock_is_off
 from app.domain.vessel_statics import statics_at
 
 LONGEST_GAP_S = 200.0  # between two reports that one movement is drawn through
@@ -29,7 +30,8 @@ class VesselPath:
     """Antenna places (n, 3) in the world at rising moments (n,), headings, and hull distances.
 
     Places lie at ellipsoidal height `level_m`. `hull_m` (4, 2) are the corners forward and to port
-    of the antenna: bow-port, bow-starboard, stern-starboard, stern-port.
+    of the antenna: bow-port, bow-starboard, stern-starboard, stern-port. `is_contradicted`: the
+    seconds in most of its messages contradict the times at which they were received.
     """
 
     identifier: str
@@ -38,6 +40,7 @@ class VesselPath:
     headings_deg: FloatArray
     hull_m: FloatArray
     level_m: float
+    is_contradicted: bool = False
 
     def rectangles_px(
         self, camera: Camera, water_level_m: FloatArray | float, moments_s: FloatArray
@@ -135,6 +138,7 @@ def vessel_path(
         headings_deg=np.unwrap([heading for _, heading in headed], period=360.0),
         hull_m=np.array([(bow, port), (bow, -starboard), (-stern, -starboard), (-stern, port)]),
         level_m=level_m,
+        is_contradicted=clock_is_off(report.fix_time_source for report in ordered),
     )
 
 

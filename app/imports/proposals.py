@@ -18,7 +18,7 @@ from app.sites.name_pattern import has_shape, told_by
 
 EARLIEST_YEAR = 1995
 MOST_NAMES = 500
-MOST_PATTERNS = 4
+MOST_PATTERNS = 8
 _DIGITS = re.compile(r"\d+")
 # What a run of so many digits may stand for by itself.
 _READINGS = {
@@ -38,7 +38,7 @@ _TOGETHER = {4: "%H%M", 6: "%H%M%S", 9: "%H%M%S%f"}
 _OTHER_ORDER = {"%d": "%m", "%m": "%d"}
 # Words between a day and its time; WA, CAM and their like come before counters.
 _BETWEEN = re.compile(r"(?:[^A-Za-z]|[Tt]|(?<![A-Za-z])(?:at|um|om|kl|a|las)(?![A-Za-z])|[hms])*")
-_MOSTLY = 0.8  # of what looks like a moment must be one, else it is a counter
+_MOST_COUNTERS = 0.2  # of what is read: so much that looks the same may be no moment
 # Behind a dash stands a counter more often than a fraction.
 _FRACTION = re.compile(r"[.,]\d{1,6}(?!\d)")
 _ZONE = re.compile(r"Z(?![A-Za-z0-9])|[+-]\d{2}:?\d{2}(?!\d)")
@@ -109,7 +109,10 @@ def _judged(pattern: str, names: Sequence[str], not_after: datetime) -> Proposal
     read = [
         (name, moment) for name in names if (moment := _read(name, pattern, not_after)) is not None
     ]
-    if not read or len(read) < _MOSTLY * sum(has_shape(f"{name}.", pattern) for name in names):
+    counters = sum(
+        has_shape(f"{name}.", pattern) and told_by(f"{name}.", pattern) is None for name in names
+    )
+    if not read or counters > _MOST_COUNTERS * len(read):
         return None
     # Of other orders that read all these names the one that comes nearest to the present.
     others = [

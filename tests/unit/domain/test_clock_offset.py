@@ -101,6 +101,19 @@ def test_a_right_clock_is_left_alone() -> None:
     assert not found.is_off
 
 
+def test_a_wrong_receiver_is_not_the_cameras_fault() -> None:
+    """Where vessels' own seconds contradict the receiver's times, the camera is not corrected."""
+    rng = np.random.default_rng(1)
+    paths = passages(rng)
+    images = photographs(rng, paths, 90.0)
+    doubtful = [replace(path, is_contradicted=number > 3) for number, path in enumerate(paths)]
+
+    found = estimate_offset(images, doubtful, SETTINGS)
+
+    assert (found.is_suspect, found.is_receiver, found.is_off) == (True, True, False)
+    assert abs(found.offset_s - 90.0) < 1.0
+
+
 def test_a_clock_that_was_set_meanwhile_is_told_for_each_time() -> None:
     """Half of the images are 40 s late: two parts, and no one offset for all of them."""
     rng = np.random.default_rng(5)
