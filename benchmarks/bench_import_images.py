@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -22,6 +22,7 @@ import numpy as np
 
 from app.db import Database
 from app.tables.sites import Camera
+from benchmarks.uploads import Announced, Uploads
 from benchmarks.workbench import ROOT, SHARED, Workbench, show_load, workbench
 from tests.factories.imagery import photograph
 from tests.factories.sites import make_camera, make_site
@@ -29,6 +30,7 @@ from tests.factories.sites import make_camera, make_site
 IMAGES = int(os.environ.get("IMAGES", "4000"))
 IMAGE_BYTES = 500_000
 PACK_BYTES = 12 << 20
+ANNOUNCED_AT_ONCE = 1_000
 CONNECTIONS = 3
 ROUNDS = 3
 AIM = 0.5
@@ -117,34 +119,31 @@ def _rest_s(files: list[Path]) -> float:
 
 
 def _send(bench: Workbench, camera_id: int, files: list[Path]) -> None:
-    with bench.client() as client:
-        address = client.post("/api/v1/imports", json={"camera_id": camera_id}).headers["location"]
-        sizes = {file: file.stat().st_size for file in files}
-        wanted: list[tuple[int, Path]] = []
-        for begin in range(0, len(files), 1000):
-            part = files[begin : begin + 1000]
-            manifest = [{"path": file.name, "size_bytes": sizes[file]} for file in part]
-            answer = client.post(f"{address}/files", json={"files": manifest}).json()
-            wanted += [(row["id"], file) for row, file in zip(answer["files"], part, strict=True)]
-        packs: list[list[tuple[int, Path]]] = [[]]
-        held_bytes = 0
-        for item in wanted:
-            if held_bytes + sizes[item[1]] > PACK_BYTES:
-                packs.append([])
-                held_bytes = 0
-            packs[-1].append(item)
-            held_bytes += sizes[item[1]]
+    """Send a batch as a quick script does: packs over a few connections kept alive."""
+    batch = Uploads(bench.url, bench.token)
+    address = batch.begin(camera_id)
+    with ThreadPoolExecutor(CONNECTIONS) as pool:
+        under_way = []
+        for begin in range(0, len(files), ANNOUNCED_AT_ONCE):
+            # While these are announced, those before them are on their way.
+            announced = batch.announce(address, files[begin : begin + ANNOUNCED_AT_ONCE])
+            under_way += [
+                pool.submit(batch.send, address, pack) for pack in _packs(announced, PACK_BYTES)
+            ]
+        for each in under_way:
+            each.result()
+    assert batch.commit(address) == len(files)
 
-        def send(pack: list[tuple[int, Path]]) -> None:
-            ids = ",".join(str(identifier) for identifier, _ in pack)
-            body = b"".join(file.read_bytes() for _, file in pack)
-            answer = client.post(f"{address}/pack", params={"files": ids}, content=body)
-            assert answer.status_code == 200, answer.text
 
-        with ThreadPoolExecutor(CONNECTIONS) as pool:
-            list(pool.map(send, packs))
-        answer = client.post(f"{address}/commit")
-        assert answer.json()["image_count"] == len(files), answer.text
+def _packs(files: list[Announced], most_bytes: int) -> Iterator[list[Announced]]:
+    pack: list[Announced] = []
+    for file in files:
+        if pack and sum(each.size_bytes for each in pack) + file.size_bytes > most_bytes:
+            yield pack
+            pack = []
+        pack.append(file)
+    if pack:
+        yield pack
 
 
 def _taken_s(do: Callable[[], None]) -> float:
