@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -87,9 +87,14 @@ def import_images(
                 {key: value for key, value in given.items() if value}
                 | {"follows_summer_time": summer_time},
             )
-        _bring_in(place, batch.id, files)
+        try:
+            _bring_in(place, batch.id, files)
+        except KeyboardInterrupt:
+            typer.echo("broken off: the same command goes on where it was", err=True)
+            raise
         batch, made = _close(place, batch.id, times, dry_run=dry_run)
     _tell(row.name, batch, made, left_out, as_json=as_json)
+    _tell_patterns(made)
     refused = _refused(made)
     if refused:
         raise AppError(f"{len(refused)} of {len(files)} photographs were refused")
@@ -253,6 +258,22 @@ def _tell(
             typer.echo(f"{odd.count} {kind.value.replace('_', ' ')}, such as {path}: {detail}")
     if batch.status is ImportStatus.COLLECTING:
         typer.echo("not committed: give the same command without --dry-run")
+
+
+def _tell_patterns(made: "Preview") -> None:
+    """Tell by which patterns the names of photographs without a time could be read."""
+    from app.db import now
+    from app.imports.preview import OddKind
+    from app.imports.proposals import propose
+
+    untimed = made.odd.get(OddKind.NO_TIME)
+    names = [path.rpartition("/")[2] for path, _ in untimed.found] if untimed else []
+    for proposal in propose(names, now() + timedelta(days=1)):
+        typer.echo(
+            f"--pattern '{proposal.pattern}' would read {proposal.name_count} of the names without "
+            f"a time, such as {proposal.example} as {proposal.example_time:%Y-%m-%d %H:%M:%S}",
+            err=True,
+        )
 
 
 def _as_json(

@@ -28,6 +28,7 @@ router = APIRouter()
 Reader = Annotated[Access, allowed(Scope.READ)]
 Ingester = Annotated[Access, allowed(Scope.INGEST)]
 IMPORTS_SHOWN = 50
+EXAMPLES_SHOWN = 200
 MOST_TABLE_BYTES = 16 << 20
 EVERY_CAMERA = Paging(limit=500, after=None)
 TIME_FIELDS = ("rule", "patterns", "timezone", "follows_summer_time", "repeated_hour")
@@ -299,7 +300,11 @@ def _show_page(
         camera=camera,
         site=camera.site,
         batch=ImportOut.of(row),
-        made=PreviewOut.of(made, service.viewports(session, row), proposals) if made else None,
+        made=(
+            PreviewOut.of(made, service.viewports(session, row), proposals, EXAMPLES_SHOWN)
+            if made
+            else None
+        ),
         along=None if is_open else service.takes_along(session, row),
         cameras=_others(session, access, camera),
         has_images=bool(imagery.spans_of_cameras(session, [camera.id])),

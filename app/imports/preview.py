@@ -251,18 +251,20 @@ def _tell_clocks_apart(
 
 
 def _tell_clock_jumps(made: Preview) -> None:
-    """Tell where a folder's files, in the order of their names, go back in time.
+    """Tell where files that differ in their numbers only, in that order, go back in time.
 
-    Only names that count, not tell the time, can show it.
+    Only names that count, not tell the time, can show it; two cameras' names in one folder count
+    each for itself.
     """
-    by_counter = [
-        item for item in made.ready if item.told.source is not CaptureTimeSource.FILE_NAME
-    ]
-    for before, item in pairwise(by_counter):
-        is_same_folder = before.file.path.rpartition("/")[0] == item.file.path.rpartition("/")[0]
-        if is_same_folder and item.told.moment < before.told.moment:
+    latest: dict[str, Ready] = {}
+    for item in made.ready:
+        if item.told.source is CaptureTimeSource.FILE_NAME:
+            continue
+        before = latest.get(series := _NUMBERS.sub("0", item.file.path))
+        if before is not None and item.told.moment < before.told.moment:
             detail = f"{_shown(item.told.moment)}, after {_shown(before.told.moment)}"
             made.note(OddKind.CLOCK_BACKWARDS, item.file.path, detail)
+        latest[series] = item
 
 
 def _tell_times(made: Preview, now: datetime) -> None:

@@ -110,9 +110,10 @@ class OddOut(BaseModel):
     examples: list[ExampleOut]
 
     @classmethod
-    def of(cls, odd: Odd) -> Self:
+    def of(cls, odd: Odd, most_examples: int) -> Self:
         """Show an oddity."""
-        examples = [ExampleOut(path=path, detail=detail) for path, detail in odd.found[:EXAMPLES]]
+        shown = odd.found[:most_examples]
+        examples = [ExampleOut(path=path, detail=detail) for path, detail in shown]
         return cls(kind=odd.kind, count=odd.count, examples=examples)
 
 
@@ -161,7 +162,11 @@ class PreviewOut(BaseModel):
 
     @classmethod
     def of(
-        cls, made: Preview, viewports: Sequence[Viewport], proposals: Sequence[Proposal]
+        cls,
+        made: Preview,
+        viewports: Sequence[Viewport],
+        proposals: Sequence[Proposal],
+        most_examples: int = EXAMPLES,
     ) -> Self:
         """Show a preview."""
         names = names_of(viewports)
@@ -181,7 +186,7 @@ class PreviewOut(BaseModel):
                 )
                 for key, count in shares
             ],
-            odd=[OddOut.of(made.odd[kind]) for kind in OddKind if kind in made.odd],
+            odd=[OddOut.of(made.odd[kind], most_examples) for kind in OddKind if kind in made.odd],
             samples=[
                 SampleOut(
                     path=item.file.path,

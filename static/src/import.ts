@@ -76,7 +76,9 @@ async function run(root: HTMLElement, chosen: readonly Chosen[]): Promise<void> 
       location.assign(done);
       location.reload(); // the address may differ by its fragment only
     } else {
-      says.replaceChildren("All that is taken has come. ", linkTo(`/imports/${id}`));
+      part(root, "right").textContent = "";
+      const count = refused === 1 ? "One archive was" : `${number(refused)} archives were`;
+      says.replaceChildren(`${count} refused. All else has come. `, linkTo(`/imports/${id}`));
     }
   } catch (error) {
     window.removeEventListener("beforeunload", askFirst);
@@ -118,7 +120,7 @@ function listRefused(root: HTMLElement, path: string, reason: string): void {
   name.textContent = path;
   const why = document.createElement("span");
   why.className = "field__error";
-  why.textContent = reason;
+  why.textContent = reason.replace(/^file: /, "");
   item.append(name, why);
   part(root, "refused").append(item);
 }

@@ -119,6 +119,7 @@ def test_a_strangers_folder_is_told_apart(sender: Sender) -> None:
             "a/möwe 鷗\r\n\0.jpg": hour(1),
             "b/1.jpg": hour(2),
             "a/1.jpg": hour(3),
+            "a/2.jpg": hour(0),
             "a/cut.jpg": hour(4)[:-300],
             "a/page.jpg": b"<html>" * 20,
             "a/turned.png": hour(5, kind="PNG", orientation=6),
@@ -137,8 +138,8 @@ def test_a_strangers_folder_is_told_apart(sender: Sender) -> None:
     assert "exiftool" in reasons["a/turned.png"]
     assert "cut off" in reasons["a/cut.jpg"]
     assert "neither JPEG" in reasons["a/page.jpg"]
-    assert preview["ready_count"] == 4
-    assert sender.act("commit").json()["image_count"] == 4
+    assert preview["ready_count"] == 5
+    assert sender.act("commit").json()["image_count"] == 5
 
 
 def test_a_cameras_wrong_clock_is_set_right(
