@@ -64,10 +64,21 @@ def show(session: Session, deletion: Deletion) -> None:
             .execution_options(synchronize_session=False)
         )
     if deletion.entity == "import":
+        # Fewer than it had, where the same photographs were imported anew meanwhile.
+        own = sa.select(sa.func.count(Image.id)).where(
+            Image.import_id == ImageImport.id,
+            Image.camera_id == ImageImport.camera_id,
+            Image.deleted_at.is_(None),
+        )
         session.execute(
             sa.update(ImageImport)
             .where(ImageImport.id == deletion.entity_id)
-            .values(status=ImportStatus.COMMITTED, undone_at=None, version=ImageImport.version + 1)
+            .values(
+                status=ImportStatus.COMMITTED,
+                undone_at=None,
+                image_count=own.scalar_subquery(),
+                version=ImageImport.version + 1,
+            )
             .execution_options(synchronize_session=False)
         )
     session.expire_all()

@@ -32,6 +32,8 @@ TRANSITIONS: dict[tuple[ImportStatus, Act], ImportStatus] = {
 def after(status: ImportStatus, act: Act) -> ImportStatus:
     """Return the status an act leads to. Raises Conflict where it is not possible."""
     following = TRANSITIONS.get((status, act))
+    if following is None and status in {to for (_, by), to in TRANSITIONS.items() if by is act}:
+        raise Conflict(f"the import is {status.value} already")
     if following is None:
         raise Conflict(f"you cannot {act.value} an import that is {status.value}")
     return following

@@ -199,6 +199,7 @@ def test_an_undone_batch_stands_among_what_was_deleted_as_one_thing(
     assert client.post(f"/api/v1/deletions/{shown['id']}/restore").status_code < 300
     again = client.get(sender.address).json()
     assert (again["status"], again["undone_at"]) == ("committed", None)
+    assert again["image_count"] == 2
     assert len(images(client, camera)) == 2
 
 
