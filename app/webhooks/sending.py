@@ -6,12 +6,17 @@ goes to the judged number, with the name in the certificate and the Host header.
 failure: it would lead past all that.
 """
 
-import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 from urllib.parse import SplitResult, urlsplit, urlunsplit
 
 from app.addresses import AddressError, Destination, check_host, resolve
+from app.webhooks.deadline import Deadline
+
+if TYPE_CHECKING:
+    import httpx
 
 PORTS = {"https": 443, "http": 80}
 MOST_ANSWER_BYTES = 2**16
@@ -68,11 +73,12 @@ def deliver(
     """Send a body once; every failure is an outcome with a reason."""
     import httpx  # noqa: PLC0415  heavy, and only for sites with webhooks
 
-    until_s = time.monotonic() + timeout_s
+    deadline = Deadline(timeout_s)
     try:
         parts = urlsplit(url)
         place = destination(url, allowed_networks)
         with (
+            deadline,
             httpx.Client(timeout=timeout_s, trust_env=False, follow_redirects=False) as client,
             client.stream(
                 "POST",
@@ -84,17 +90,27 @@ def deliver(
                     **headers,
                     "Host": parts.netloc,
                 },
-                extensions={"sni_hostname": parts.hostname},
+                extensions={"sni_hostname": parts.hostname, "trace": deadline.trace},
             ) as response,
         ):
-            taken = 0
-            for chunk in response.iter_raw():
-                taken += len(chunk)
-                if taken > MOST_ANSWER_BYTES or time.monotonic() > until_s:
-                    break  # what it says is of no interest; that it took the delivery is
+            _listen(response)
             return _judged(response.status_code)
     except (AddressError, httpx.HTTPError, httpx.InvalidURL, OSError, ValueError) as error:
+        if deadline.is_over:
+            return Outcome(None, f"has not answered within {timeout_s:g} s")
         return Outcome(None, (str(error) or type(error).__name__)[:LONGEST_REASON])
+
+
+def _listen(response: "httpx.Response") -> None:
+    """Hear a little: what it says is of no interest; that it took the delivery is."""
+    import httpx  # noqa: PLC0415  as above
+
+    taken = 0
+    with suppress(httpx.HTTPError):
+        for chunk in response.iter_raw():
+            taken += len(chunk)
+            if taken > MOST_ANSWER_BYTES:
+                break
 
 
 def _judged(status: int) -> Outcome:

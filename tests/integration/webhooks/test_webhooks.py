@@ -7,6 +7,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import timedelta
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -53,7 +54,9 @@ def receiver() -> Iterator[Receiver]:
             body = self.rfile.read(int(self.headers["Content-Length"]))
             state.taken.append(({k.lower(): v for k, v in self.headers.items()}, body))
             if state.stalls:
-                state.leaving.wait(20)
+                with suppress(OSError):  # whoever listened has left
+                    while not state.leaving.wait(0.1):  # never long enough for a read to fail
+                        self.wfile.write(b"H")
                 return
             self.send_response(state.answer)
             if state.location:
@@ -182,7 +185,7 @@ def test_a_failing_receiver_is_tried_again_then_given_up_and_can_be_sent_to_agai
     stalled = send_due(database, settings, made["id"])
     assert stalled is not None
     assert stalled.answer_status is None
-    assert "timed out" in str(stalled.error).lower()
+    assert stalled.error == "has not answered within 0.5 s"
     receiver.stalls = False
     delivered = send_due(database, settings, made["id"])
     assert delivered is not None
