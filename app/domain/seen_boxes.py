@@ -119,7 +119,7 @@ class SeenBoxes:
         if not self.is_unit[rows].any():
             place = rows - self.first[scene]
             within: BoolArray = part[place[:, None], place]
-            return np.zeros_like(within), within
+            return (np.zeros_like(within), within) if within.any() else None
         hulls = [set(self.members[row]) for row in rows]
         shared = np.array([[not (a is b or a.isdisjoint(b)) for b in hulls] for a in hulls])
         single = ~self.is_unit[rows]
