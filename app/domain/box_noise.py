@@ -20,7 +20,7 @@ from app.domain.arrays import FloatArray, IntArray
 # What is usual: the given number of pixels and this share of the box. Most detectors are a little
 # better and some far worse: the middle of the logarithms, and one sigma of each.
 USUAL_SHARE = 0.008
-_LOG_MIDDLE, _LOG_SIGMAS = -0.3, np.array([0.8, 1.1])
+_LOG_MIDDLE, _LOG_SIGMAS = -0.4, np.array([0.8, 1.1])
 _STEPS = np.linspace(-2.0, 2.0, 7)
 # Student's t, since a hidden ship or a wrong size is no evidence of poor boxes: its freedom, and by
 # what a variance enters its square for errors that are normal after all.
