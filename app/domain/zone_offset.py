@@ -73,12 +73,14 @@ def _in_words(found: OffsetEstimate, shift_s: float) -> OffsetEstimate:
     if abs(found.offset_s) <= _ZONE_S:
         likely = "summer time" if abs(shift_s) == _HOUR_S else "another time zone"
         message += f": looks like {likely}"
+    if found.is_receiver:
+        message = found.message
     return replace(
         found,
         offset_s=offset_s,
         low_s=found.low_s + shift_s,
         high_s=found.high_s + shift_s,
-        is_off=True,
+        is_off=not found.is_receiver,
         message=message,
     )
 
