@@ -267,7 +267,7 @@ def _tell_patterns(made: "Preview") -> None:
     from app.imports.proposals import propose
 
     untimed = made.odd.get(OddKind.NO_TIME)
-    names = [path.rpartition("/")[2] for path, _ in untimed.found] if untimed else []
+    names = [path for path, _ in untimed.found] if untimed else []
     for proposal in propose(names, now() + timedelta(days=1)):
         typer.echo(
             f"--pattern '{proposal.pattern}' would read {proposal.name_count} of the names without "
