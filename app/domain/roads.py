@@ -39,7 +39,7 @@ ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 SHARED = 4  # unknowns of all ships: level_m, pitch, yaw, roll (rad)
 _SIZE_M = 0.8  # AIS gives whole metres, and people enter them wrong
 # Where between a slim and a full hull most hulls are, and one sigma of that.
-_FULLNESS, _FULLNESS_SIGMA = 0.3, 0.25
+_FULLNESS, _FULLNESS_SIGMA = 0.3, 0.27
 # How much shorter than over all a ship is afloat, in share, and one sigma of that.
 _OVERHANG, _OVERHANG_SIGMA = 0.035, 0.03
 # Ships are about so many times as long as wide, and where one of the two is not known, the guess is

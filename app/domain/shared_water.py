@@ -35,10 +35,8 @@ _PRIOR_SHIPS = 4.0
 # scale, and its limits. An exact compass is not to be turned by the shapes of hulls. Two of three
 # ships of recorded traffic head within 0.45 sigmas of their course, many well within.
 _PRIOR_HEADINGS, _USUAL_SCALES, _LEAST_SCALES, _LARGEST_SCALES = np.array(
-    [[3.0, 1.0, 0.25, 9.0], [4.0, 0.1, 0.02, 4.0]]
+    [[3.0, 1.0, 0.25, 1.5], [4.0, 0.1, 0.02, 4.0]]
 ).T
-# Squares count up to those of headings whose variance is so many times the usual one.
-_WORSE = 4.0
 # A lower edge this many sigmas above where it should be may be another ship's bulwark.
 _HIDDEN_BELOW = 1.5
 # Beyond so many sigmas what all ships share is held back less and less: it may be worse than said.
@@ -219,7 +217,7 @@ def _rescaled(
     expected = by_heading + others
     # Each ship's square tells as much as the heading has part in it.
     told = by_heading / expected**2 * roads.share
-    most = _SUSPICIOUS**2 * (_WORSE * usual * by_heading + others)
+    most = _SUSPICIOUS**2 * (usual * by_heading + others)
     excess = np.minimum(innovation**2, most) - others
     scales = (_PRIOR_HEADINGS * _USUAL_SCALES + sources @ (told * excess)) / (
         _PRIOR_HEADINGS + sources @ (told * by_heading)
