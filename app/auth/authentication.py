@@ -73,6 +73,12 @@ def _identify(
         return service.authenticate(session, bearer=bearer, cookie=cookie, moment=moment)
 
 
+def access_now(database: Database, headers: Headers) -> Access | None:
+    """Return what the caller of a request that goes on for long may still do; None: nothing."""
+    caller = _identify(database, bearer_of(headers), session_cookie_of(headers), now())
+    return caller.access if caller else None
+
+
 def _note_token_use(database: Database, token_id: int, moment: datetime) -> None:
     try:
         with database.writing() as session:

@@ -11,9 +11,11 @@ from fastapi import APIRouter, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import StreamingResponse
 from sqlalchemy.orm import Session
+from starlette.datastructures import Headers
 
 from app.auth.access import Access, Scope, allowed
 from app.auth.audit import record
+from app.auth.authentication import access_now
 from app.auth.idempotency import IdempotentRoute
 from app.clocks import service as clocks
 from app.clocks.schemas import WithheldOut
@@ -149,7 +151,7 @@ async def _events(request: Request, database: Database, run_id: int) -> AsyncIte
     last, sent_at = "", anyio.current_time()
     leaving: threading.Event = request.app.state.leaving
     while not leaving.is_set() and not await request.is_disconnected():
-        progress = await run_in_threadpool(_progress, database, run_id)
+        progress = await run_in_threadpool(_progress, database, request.headers, run_id)
         if progress is None:
             return
         data = json.dumps(asdict(progress))
@@ -165,10 +167,13 @@ async def _events(request: Request, database: Database, run_id: int) -> AsyncIte
         await anyio.sleep(EVENT_INTERVAL_S)
 
 
-def _progress(database: Database, run_id: int) -> service.Progress | None:
+def _progress(database: Database, headers: Headers, run_id: int) -> service.Progress | None:
+    """Return how far a run is; None where it is gone, or who watches may see it no longer."""
+    access = access_now(database, headers)
     with database.reading() as session:
         try:
             run: Run = service.get_run(session, run_id)
         except NotFound:
             return None
-        return service.progress(session, run)
+        may_watch = access is not None and access.may(Scope.READ, run.site_id)
+        return service.progress(session, run) if may_watch else None

@@ -10,6 +10,7 @@ from starlette.testclient import TestClient
 
 from app.db import Database, now
 from app.runs import router
+from app.tables.identity import ApiToken, LoginSession
 from app.tables.runs import Run, RunImage, RunStatus
 from tests.factories.runs import make_harbour, make_run
 from tests.worker_process import wait_until
@@ -28,6 +29,20 @@ def events_in(text: str) -> list[tuple[str, dict[str, Any]]]:
         (name.removeprefix("event: "), json.loads(data.removeprefix("data: ")))
         for name, data in blocks
     ]
+
+
+def looks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return a list that grows with each look at the run."""
+    reads: list[int] = []
+    progress = router._progress  # noqa: SLF001  counted, to know that the watcher has looked
+
+    def counted(*arguments: Any) -> Any:
+        found = progress(*arguments)
+        reads.append(1)
+        return found
+
+    monkeypatch.setattr(router, "_progress", counted)
+    return reads
 
 
 def test_an_ended_run_is_told_at_once(client: TestClient, database: Database) -> None:
@@ -56,15 +71,7 @@ def test_a_stream_follows_the_run_to_its_end(
     def watch() -> None:
         told.append(client.get(f"/api/v1/runs/{run.id}/events").text)
 
-    reads: list[int] = []
-    progress = router._progress  # noqa: SLF001  counted, to know that the watcher has looked
-
-    def counted(*arguments: Any) -> Any:
-        found = progress(*arguments)
-        reads.append(1)
-        return found
-
-    monkeypatch.setattr(router, "_progress", counted)
+    reads = looks(monkeypatch)
     watcher = threading.Thread(target=watch)
     watcher.start()
     for change in (
@@ -87,3 +94,23 @@ def test_a_stream_follows_the_run_to_its_end(
         ("end", "succeeded", 2),
     ]
     assert ": still here\n\n" in told[0]
+
+
+def test_a_stream_ends_with_the_rights_of_who_watches(
+    client: TestClient, database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who was removed or signed out while watching is told no more."""
+    with database.writing() as session:
+        run = make_run(session, make_harbour(session), status=RunStatus.QUEUED)
+    told: list[str] = []
+    reads = looks(monkeypatch)
+    watcher = threading.Thread(
+        target=lambda: told.append(client.get(f"/api/v1/runs/{run.id}/events").text)
+    )
+    watcher.start()
+    wait_until(lambda: bool(reads), what="the watcher's look")
+    with database.writing() as session:
+        session.execute(sa.delete(ApiToken))
+        session.execute(sa.delete(LoginSession))
+    watcher.join(30)
+    assert [name for name, _ in events_in(told[0])] == ["progress"]
