@@ -127,9 +127,7 @@ def _in_utc(moment: datetime, settings: TimeSettings) -> tuple[datetime, Doubt |
         return _converted(moment), None
     zone = ZoneInfo(settings.timezone)
     if not settings.follows_summer_time:
-        local = moment.replace(tzinfo=zone)
-        standard = (local.utcoffset() or timedelta()) - (local.dst() or timedelta())
-        return (moment - standard).replace(tzinfo=UTC), None
+        return (moment - _standard(zone, moment.year)).replace(tzinfo=UTC), None
     first = moment.replace(tzinfo=zone)
     second = first.replace(fold=1)
     before, after = first.utcoffset(), second.utcoffset()
@@ -140,6 +138,15 @@ def _in_utc(moment: datetime, settings: TimeSettings) -> tuple[datetime, Doubt |
         is_later = settings.repeated_hour is RepeatedHour.LATER
         return _converted(second if is_later else first), Doubt.REPEATED
     return _converted(first), Doubt.MISSING
+
+
+def _standard(zone: ZoneInfo, year: int) -> timedelta:
+    """Return a zone's offset without summer time: the lesser one of its year.
+
+    Not what the zone calls standard: Ireland's law calls the winter's time the exception.
+    """
+    halves = (datetime(year, month, 1, tzinfo=zone).utcoffset() for month in (1, 7))
+    return min(offset or timedelta() for offset in halves)
 
 
 def _converted(moment: datetime) -> datetime:

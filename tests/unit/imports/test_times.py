@@ -38,8 +38,22 @@ def naive(*parts: int) -> datetime:
             (2026, 7, 1, 11),
             None,
         ),
+        (
+            (2026, 1, 1, 12),
+            TimeSettings(timezone="Europe/Dublin", follows_summer_time=False),
+            (2026, 1, 1, 12),
+            None,
+        ),
     ],
-    ids=["summer", "winter", "first pass", "second pass", "missing hour", "no summer time"],
+    ids=[
+        "summer",
+        "winter",
+        "first pass",
+        "second pass",
+        "missing hour",
+        "no summer time",
+        "Irish",
+    ],
 )
 def test_a_clock_without_a_zone_is_read_in_the_batchs(
     shown: tuple[int, ...], settings: TimeSettings, utc: tuple[int, ...], doubt: Doubt | None
