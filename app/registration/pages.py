@@ -14,6 +14,7 @@ from app.errors import AppError, Invalid
 from app.forms import ENTRY_ERRORS, Form, Submitted, check_version, parse, rejected
 from app.registration import actions, service
 from app.registration.keypoint_csv import parse_table, write_table
+from app.registration.older_lens import is_of_older_lens
 from app.registration.overview import lines_of
 from app.registration.readiness import quality_of
 from app.registration.schemas import (
@@ -232,6 +233,8 @@ def _viewport_page(
         site=viewport.camera.site,
         line=line,
         current=current,
+        is_of_older_lens=line.registration is not None
+        and is_of_older_lens(line.registration, viewport.camera),
         rows=rows,
         stale_runs=runs.stale_runs(session, viewport.id),
         solutions=[

@@ -9,6 +9,7 @@ from app.db import Database
 from app.domain.rotations import rotvec_from_matrix
 from app.registration.keypoint_csv import write_table
 from app.tables.identity import Role, User
+from app.tables.sites import Camera
 from tests.factories.sites import make_site
 from tests.integration.conftest import MakeUser
 from tests.integration.registration.conftest import Scene
@@ -36,6 +37,21 @@ def test_a_pasted_table_is_solved_and_judged(browser_of: Browse, admin: User, sc
     assert "in use" in solved
     assert "Needs images" in solved
     assert f"/runs/new?viewport_id={scene.viewport.id}" in solved
+
+
+def test_a_changed_camera_makes_its_registration_stale(
+    browser_of: Browse, admin: User, scene: Scene, database: Database
+) -> None:
+    """A refined focal length alarms nobody; intrinsics that a person changed do."""
+    browser = browser_of(admin)
+    page = f"/viewports/{scene.viewport.id}"
+    browser.post(f"{page}/keypoints", data={"table": _table(scene), "version": "1"})
+    browser.post(f"{page}/registrations", data={"method": "pnp"})
+    stale = "intrinsics were changed since"
+    assert stale not in browser.get(page).text
+    with database.writing() as session:
+        session.get_one(Camera, scene.viewport.camera_id).cx_px += 2.0
+    assert stale in browser.get(page).text
 
 
 def test_an_uploaded_table_may_be_wrong(browser_of: Browse, admin: User, scene: Scene) -> None:
