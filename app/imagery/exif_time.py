@@ -11,25 +11,14 @@ Source: Exif 2.32, 4.6.5 and 4.6.6.
 """
 
 import re
-import struct
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta, timezone, tzinfo
 from typing import Any
 
 from PIL import ExifTags, Image
 
-_UNREADABLE = (
-    OSError,
-    SyntaxError,
-    ValueError,
-    struct.error,
-    EOFError,
-    IndexError,
-    KeyError,
-    TypeError,
-    ZeroDivisionError,
-    OverflowError,
-)
+from app.imagery.damage import DAMAGED
+
 _MOMENT = re.compile(
     r"(\d{4})[:/.-](\d\d)[:/.-](\d\d)[ T](\d\d):(\d\d):(\d\d)"
     r"(?:[.,](\d{1,6})\d*)?(Z|[+-]\d\d:?\d\d)?"
@@ -52,11 +41,11 @@ def taken(picture: Image.Image) -> datetime | None:
     try:
         exif = picture.getexif()
         details = {**exif, **exif.get_ifd(ExifTags.IFD.Exif)}
-    except _UNREADABLE:
+    except DAMAGED:
         return None
     try:
         by_satellite = _satellites_time(exif.get_ifd(ExifTags.IFD.GPSInfo))
-    except _UNREADABLE:
+    except DAMAGED:
         by_satellite = None
     for moment, fraction, offset in _TOLD_BY:
         found = _moment(details.get(moment), details.get(fraction))

@@ -11,7 +11,6 @@ EXIF says to turn is refused: not all browsers turn it, so "pixel (u, v)" would 
 
 import io
 import re
-import struct
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -21,6 +20,7 @@ from PIL import Image, UnidentifiedImageError
 from app import archives
 from app.errors import Invalid, TooLarge, UnsupportedMedia
 from app.imagery import upright
+from app.imagery.damage import DAMAGED
 from app.imagery.exif_time import taken
 
 MEDIA_TYPES = {
@@ -36,7 +36,6 @@ _TAIL_BYTES = 1 << 16
 HARMLESS = re.compile(r"extraneous bytes before marker")
 # Our own limit is checked on every header; Pillow's fixed one would get in its way.
 Image.MAX_IMAGE_PIXELS = None
-BROKEN = (OSError, SyntaxError, ValueError, struct.error, EOFError, IndexError, KeyError, TypeError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +65,7 @@ def inspect(data: bytes, max_pixels: int) -> Photo:
             orientation, taken_at = upright.of_picture(picture), taken(picture)
     except MemoryError as error:
         raise TooLarge("the picture has far too many pixels") from error
-    except BROKEN as error:
+    except DAMAGED as error:
         if isinstance(error, UnidentifiedImageError) and not MAGIC.match(data):
             raise UnsupportedMedia(f"file: {_other_kind(data)}") from error
         raise Invalid.field("file", "has a broken header; export the picture again") from error
@@ -98,7 +97,7 @@ def check_decodes(data: bytes, photo: Photo) -> None:
         else:
             with Image.open(io.BytesIO(data), formats=("PNG", "WEBP")) as picture:
                 picture.load()
-    except BROKEN as error:
+    except DAMAGED as error:
         raise Invalid.field(
             "file", f"is cut off or damaged ({error}); upload the whole file again"
         ) from error

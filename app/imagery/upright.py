@@ -10,25 +10,16 @@ Source: Exif 2.32, 4.6.4 A, tag 274: where row 0 and column 0 of the stored pixe
 """
 
 import io
-import struct
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from PIL import ExifTags, Image
 
+from app.imagery.damage import DAMAGED
+
 UPRIGHT = 1
 _JPEG = b"\xff\xd8"
-_UNREADABLE = (
-    OSError,
-    SyntaxError,
-    ValueError,
-    struct.error,
-    EOFError,
-    IndexError,
-    KeyError,
-    TypeError,
-)
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
@@ -47,7 +38,7 @@ def jpeg_header(data: bytes) -> JpegHeader | None:
     try:
         with Image.open(io.BytesIO(data), formats=("JPEG",)) as picture:
             return JpegHeader(*picture.size, of_picture(picture))
-    except _UNREADABLE:
+    except DAMAGED:
         return None
 
 
@@ -69,7 +60,7 @@ def of_picture(picture: Image.Image) -> int:
     try:
         exif.load(stored)
         orientation = exif.get(ExifTags.Base.Orientation, UPRIGHT)
-    except _UNREADABLE:
+    except DAMAGED:
         return UPRIGHT
     return int(orientation) if orientation in range(1, 9) else UPRIGHT
 
