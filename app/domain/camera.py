@@ -132,6 +132,15 @@ class Camera:
         pixels += intrinsics.principal_point_px.reshape(each)
         return pixels
 
+    def px_per_m(self, points_in_world: npt.ArrayLike) -> FloatArray:
+        """Return how many pixels a metre across is at world points (n, 3), (n,).
+
+        Points nearer than a metre, or behind, count as a metre away.
+        """
+        ahead_m = self.to_cam(points_in_world)[:, 2]
+        scale: FloatArray = self.intrinsics.focal_px[0] / np.maximum(ahead_m, 1.0)
+        return scale
+
     def may_show(self, points_in_world: npt.ArrayLike, radius_m: float) -> BoolArray:
         """Whether balls around world points (n, 3) may reach into the picture's width, (n,).
 

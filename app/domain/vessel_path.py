@@ -73,9 +73,7 @@ class VesselPath:
     ) -> FloatArray:
         """Return how many pixels a metre across the line of sight is where the vessel is, (n,)."""
         level_m = np.broadcast_to(water_level_m, moments_s.shape)
-        ahead_m = camera.to_cam(self._antenna_at(moments_s, level_m))[:, 2]
-        scale: FloatArray = camera.intrinsics.focal_px[0] / np.maximum(ahead_m, 1.0)
-        return scale
+        return camera.px_per_m(self._antenna_at(moments_s, level_m))
 
     def _antenna_at(self, moments_s: FloatArray, level_m: FloatArray) -> FloatArray:
         antenna = np.column_stack(

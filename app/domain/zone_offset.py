@@ -38,13 +38,14 @@ def find_offset(
     paths_around: PathsAround,
     settings: OffsetSettings,
     zones: ZoneSettings | None = None,
+    near: OffsetEstimate | None = None,
 ) -> OffsetEstimate:
     """Estimate an offset near zero, else near whole or half hours where `zones` says so.
 
     `paths_around(shift_s)` gives the vessels around the images' times so many seconds later; its
-    times are on the scale of `clock_s`.
+    times are on the scale of `clock_s`. `near` is the estimate near zero where there is one.
     """
-    near = estimate_offset(images, paths_around(0.0), settings)
+    near = near or estimate_offset(images, paths_around(0.0), settings)
     if near.is_known or zones is None or near.detection_count < zones.least_vessels:
         return near
     strict = replace(settings, least_vessels=zones.least_vessels, least_gain=zones.least_gain)

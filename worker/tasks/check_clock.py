@@ -128,10 +128,11 @@ def _suspicions(session: Session, run: Run, block: Sequence[DetectedImage]) -> I
     fusion = fusion_settings(run.preset, run.parameters)
     site = session.get_one(Site, run.site_id)
     camera, frame = camera_of(session, run.registration_id)
-    newest = block[-IMAGES_SEARCHED:]
-    if all(_agree(session, run, camera, frame, part) for part in (block, newest)):
-        return
     step = -(-len(block) // IMAGES_SEARCHED)
+    # Many good images hide newer ones whose clock went wrong.
+    looked_at = (block, block[-IMAGES_SEARCHED:]) if step > 1 else (block,)
+    if all(_agree(session, run, camera, frame, images) for images in looked_at):
+        return
     searched = block[::step]
     images = [
         TimedImage(
@@ -188,8 +189,7 @@ def _pairs(
     lat_deg, lon_deg = np.array(ends_deg).reshape(-1, 2).T
     ends, _ = frame.places(lat_deg, lon_deg, level_m)
     u_px = camera.project(ends)[:, 0].reshape(-1, 2).tolist()
-    ahead_m = camera.to_cam(ends)[:, 2].reshape(-1, 2).min(axis=1)
-    px_per_m = camera.intrinsics.focal_px[0] / np.maximum(ahead_m, 1.0)
+    px_per_m = camera.px_per_m(ends).reshape(-1, 2).max(axis=1)
     pairs = (
         timed_pair(one.box, one.centre_px, after - before, one.mmsi, scale)
         for one, (before, after), scale in zip(matched, u_px, px_per_m.tolist(), strict=True)

@@ -118,7 +118,8 @@ def estimated(session: Session, estimate_id: int) -> list[Found]:
     ]
     parts = estimate_parts(images, around(0.0), settings) if images else []
     if len(parts) < 2:
-        offset = find_offset(images, around, settings, ZoneSettings())
+        near = parts[0].estimate if parts else None
+        offset = find_offset(images, around, settings, ZoneSettings(), near)
         parts = [Part(0, len(images), offset)]
     return [_found(seen[part.first : part.last], part, before_s) for part in parts]
 
