@@ -8,7 +8,6 @@ and is then replaced by the photograph's own hash. What stays is said in `REMAIN
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import PurePath
-from typing import Protocol
 
 from app.domain.pseudonyms import pseudonym
 
@@ -22,18 +21,6 @@ MMSI_DIGITS = 9
 SHORTEST_NAME = 3
 _NO_LETTERS = re.compile(r"[\W_]+")
 _DIGITS = re.compile(rf"[0-9]{{{MMSI_DIGITS},}}")
-
-
-class Identities(Protocol):
-    """What an export says of vessels and of the files they are on."""
-
-    def vessel(self, mmsi: int) -> str:
-        """Return what stands for a vessel."""
-        ...
-
-    def file_name(self, name: str, sha256: str) -> str:
-        """Return what a photograph is called."""
-        ...
 
 
 class Shown:

@@ -16,12 +16,12 @@ from app.db import Database
 from app.exports import record_repository, repository
 from app.exports.filters import ExportFilters, ExportOptions, Split
 from app.exports.formats import written
-from app.exports.identities import Hidden, Identities, Shown
+from app.exports.identities import Hidden, Shown
 from app.exports.provenance import manifest_of
 from app.exports.reading import Context, Photograph, Reading
 from app.exports.selection_repository import Chosen, PoseSelection
 from app.exports.splits import PARTS, Afloat, Convoys, drawn_part
-from app.exports.writers.records import ImageRecord, ViewRecord
+from app.exports.writers.records import Identities, ImageRecord, ViewRecord
 from app.identities import service as identities
 from app.registration import service as registration
 from app.storage import CHUNK_BYTES, Storage

@@ -12,8 +12,9 @@ from app.domain.matching_table import LABELS, NOT_GIVEN, Result, RowName, matchi
 from app.evaluation.published import PAPER_ROWS
 from app.exports import provenance_repository as repository
 from app.exports.filters import ExportFilters, ExportOptions, Split
-from app.exports.identities import REMAINS, Identities
+from app.exports.identities import REMAINS
 from app.exports.reading import Reading
+from app.exports.writers.records import Identities
 from app.exports.writers.stored_values import moment_text
 from app.tables.exports import Export
 from app.tables.runs import Run

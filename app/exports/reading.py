@@ -14,7 +14,6 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from app.exports import record_repository as repository
-from app.exports.identities import Identities
 from app.exports.second_hand import SecondHand, cores
 from app.exports.selection_repository import Chosen, Ids
 from app.exports.truth_repository import boxes_drawn
@@ -22,6 +21,7 @@ from app.exports.verdict_repository import counted_reviews
 from app.exports.writers.batches import Batch, Lines, lines_of, put_right, records_of
 from app.exports.writers.records import (
     Frame,
+    Identities,
     ImageRecord,
     PoseRecord,
     StateRecord,

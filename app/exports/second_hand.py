@@ -20,7 +20,7 @@ from threading import Thread
 from typing import IO, Self
 
 from app.exports.writers.batches import Batch, Lines, lines_of
-from app.exports.writers.stored_values import Telling
+from app.exports.writers.records import Identities
 
 AHEAD = 2  # batches that the other process has at most: at one and not waiting for the next
 BEHIND = 6  # batches that are kept at most until one before them is made
@@ -46,7 +46,7 @@ class _Due:
 class SecondHand:
     """The other process, as long as the block lasts."""
 
-    def __init__(self, write: Lines, told: Mapping[int, Telling]) -> None:
+    def __init__(self, write: Lines, told: Mapping[int, Identities]) -> None:
         self._write = write
         self._process = subprocess.Popen(
             [sys.executable, "-m", "app.exports.second_hand"],

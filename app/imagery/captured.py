@@ -26,11 +26,11 @@ def captured_at(
     """
     if given is not None:
         return in_zone(given, timezone, "captured_at"), CaptureTimeSource.GIVEN
-    # A camera whose clock was never set writes 1970 or 0000: as good as nothing.
-    if exif is not None and exif.year > 1990:
-        return in_zone(exif, timezone, "captured_at"), CaptureTimeSource.EXIF
-    by_name = from_file_name(file_name, pattern)
-    if by_name is not None and by_name.year > 1990:
+    by_exif = told_by_a_set_clock(exif)
+    if by_exif is not None:
+        return in_zone(by_exif, timezone, "captured_at"), CaptureTimeSource.EXIF
+    by_name = told_by_a_set_clock(from_file_name(file_name, pattern))
+    if by_name is not None:
         return in_zone(by_name, timezone, "captured_at"), CaptureTimeSource.FILE_NAME
     raise Invalid.field(
         "captured_at",
@@ -39,3 +39,8 @@ def captured_at(
         "files' dates (Import folders and zips), or send captured_at (ISO 8601, such as "
         "2026-11-22T10:00:05Z)",
     )
+
+
+def told_by_a_set_clock(moment: datetime | None) -> datetime | None:
+    """Return what a clock told; one that was never set tells 1970 or 1980: as good as nothing."""
+    return moment if moment is not None and moment.year > 1990 else None

@@ -49,10 +49,10 @@ def taken(picture: Image.Image) -> datetime | None:
         by_satellite = None
     for moment, fraction, offset in _TOLD_BY:
         found = _moment(details.get(moment), details.get(fraction))
-        if found is None or found.tzinfo is not None:
-            if found is not None:
-                return found
+        if found is None:
             continue
+        if found.tzinfo is not None:
+            return found
         zone = _zone(details.get(offset)) or _zone(details.get(_tag.OffsetTime))
         return found.replace(tzinfo=zone or _zone_between(found, by_satellite))
     return by_satellite

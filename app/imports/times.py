@@ -13,6 +13,7 @@ from zoneinfo import ZoneInfo
 
 from pydantic import Field
 
+from app.imagery.captured import told_by_a_set_clock
 from app.imports.rules import TimeRule
 from app.sites.fields import EARLIEST, LATEST, Pattern, Request, Timezone
 from app.sites.name_pattern import from_file_name, told_by
@@ -107,19 +108,14 @@ def _sources(rule: TimeRule) -> tuple[CaptureTimeSource, ...]:
 def _read(telling: Telling, settings: TimeSettings, source: CaptureTimeSource) -> datetime | None:
     match source:
         case CaptureTimeSource.EXIF:
-            return _set(telling.exif_at)
+            return told_by_a_set_clock(telling.exif_at)
         case CaptureTimeSource.FILE_NAME:
-            return _set(by_name(telling.path, settings))
+            return told_by_a_set_clock(by_name(telling.path, settings))
         case CaptureTimeSource.CSV:
             return telling.listed_at
         case CaptureTimeSource.FILE_TIME:
             return telling.modified_at
     return None
-
-
-def _set(moment: datetime | None) -> datetime | None:
-    """Return what a clock told; one that was never set tells 1970 or 1980: as good as nothing."""
-    return moment if moment is not None and moment.year > 1990 else None
 
 
 def _in_utc(moment: datetime, settings: TimeSettings) -> tuple[datetime, Doubt | None]:

@@ -12,8 +12,8 @@ import orjson
 
 from app.domain.rotations import matrices_from_rotvecs
 from app.exports.writers.pose_table import PoseTable
-from app.exports.writers.records import ImageRecord, PoseRecord, ViewRecord
-from app.exports.writers.stored_values import Telling, image_record, review_records
+from app.exports.writers.records import Identities, ImageRecord, PoseRecord, ViewRecord
+from app.exports.writers.stored_values import image_record, review_records
 from app.garbage import collection_paused
 
 # Writes poses: pure, and known by its name.
@@ -101,7 +101,7 @@ class Batch:
     numbers: Sequence[int]
     reviews: Sequence[Any]
     parts: Sequence[str] | None
-    told: Mapping[int, Telling]
+    told: Mapping[int, Identities]
 
 
 def put_right(columns: PoseColumns, corrections: Mapping[int, Corrected]) -> PoseColumns:

@@ -157,6 +157,18 @@ class Frame:
     boxes: Sequence[BoxRecord] | None = None
 
 
+class Identities(Protocol):
+    """What an export says of vessels and of the files they are on."""
+
+    def vessel(self, mmsi: int) -> str:
+        """Return what stands for a vessel."""
+        ...
+
+    def file_name(self, name: str, sha256: str) -> str:
+        """Return what a photograph is called."""
+        ...
+
+
 class Source(Protocol):
     """The poses of one export, or of one part of a split."""
 

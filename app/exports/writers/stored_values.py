@@ -5,26 +5,14 @@ Moments are texts without a zone on SQLite, aware ones on Postgres. JSON columns
 
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
-from typing import Any, Protocol
+from typing import Any
 
 import orjson
 
-from app.exports.writers.records import ImageRecord, ReviewRecord
+from app.exports.writers.records import Identities, ImageRecord, ReviewRecord
 
 SUFFIXES = {"image/jpeg": ".jpg", "image/png": ".png", "image/webp": ".webp", "image/tiff": ".tif"}
 _NO_FRACTION = ".000000"
-
-
-class Telling(Protocol):
-    """What an export says of vessels and of the files they are on."""
-
-    def vessel(self, mmsi: int) -> str:
-        """Return what stands for a vessel."""
-        ...
-
-    def file_name(self, name: str, sha256: str) -> str:
-        """Return what a photograph is called."""
-        ...
 
 
 def moment_text(stored: datetime | str) -> str:
@@ -37,7 +25,7 @@ def moment_text(stored: datetime | str) -> str:
     return f"{stored.astimezone(UTC).replace(tzinfo=None).isoformat()}Z"
 
 
-def image_record(row: Sequence[Any], number: int, told: Telling) -> ImageRecord:
+def image_record(row: Sequence[Any], number: int, told: Identities) -> ImageRecord:
     """Return a photograph with its number, under the name it is told by."""
     image_id, file_name, sha256, width_px, height_px, captured_at, camera_id, media_type = row
     return ImageRecord(
